@@ -1,0 +1,22 @@
+#pragma once
+
+#include "genus/base/interval.h"
+#include "genus/base/vec.h"
+
+namespace genus {
+
+/// A function F on space that describes a solid: inside where F <= 0, outside where F > 0.
+class Implicit {
+public:
+    virtual ~Implicit() = default;
+
+    virtual double value(const Vec3& p) const = 0;
+    /// Gradient; where F has a crease, that of one of its branches.
+    virtual Vec3 gradient(const Vec3& p) const = 0;
+    /// Holds F(p) for every p of the box.
+    virtual Interval bound(const Box3& box) const = 0;
+    /// Holds the gradient of every branch that is active somewhere in the box.
+    virtual IntervalVec3 gradient_bound(const Box3& box) const = 0;
+};
+
+}  // namespace genus

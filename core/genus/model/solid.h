@@ -1,0 +1,152 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "genus/base/box.h"
+#include "genus/base/transform.h"
+#include "genus/implicit/quadric.h"
+#include "genus/mesh/indexed_mesh.h"
+
+namespace genus {
+
+struct Node;
+
+/// A solid: a shared, immutable tree of primitives, transforms and operators. Copies share; a
+/// constructor only checks its arguments and notes bounds and hash, no geometry is made. The
+/// default solid is empty. Closed: its border belongs to it.
+class Solid {
+public:
+    Solid();
+    explicit Solid(std::shared_ptr<const Node> node) : node_(std::move(node)) {}
+
+    const Node& node() const { return *node_; }
+    bool is_empty() const;
+    /// A box that holds the solid, with infinite sides where the tree shows no bound. Not always
+    /// the tightest: a difference has the bounds of its first operand.
+    const Box3& bounds() const;
+    /// Equal trees hash alike.
+    std::uint64_t hash() const;
+    bool shares_node_with(const Solid& other) const { return node_ == other.node_; }
+
+private:
+    std::shared_ptr<const Node> node_;
+};
+
+/// Equal trees: same shapes, numbers and order.
+bool operator==(const Solid& a, const Solid& b);
+
+// Shapes. `fragments` is 0 for the exact round shape, else the number of sides of the polyhedron
+// that the text language builds for it.
+
+struct Empty {
+    bool operator==(const Empty&) const = default;
+};
+struct Cube {
+    Vec3 size;
+    bool center = false;
+    bool operator==(const Cube&) const = default;
+};
+struct Sphere {
+    double r;
+    int fragments = 0;
+    bool operator==(const Sphere&) const = default;
+};
+struct Ellipsoid {
+    Vec3 radii;
+    bool operator==(const Ellipsoid&) const = default;
+};
+/// Cylinder, frustum or cone along z, radius r1 at the bottom, r2 at the top.
+struct Cylinder {
+    double h, r1, r2;
+    bool center = false;
+    int fragments = 0;
+    bool operator==(const Cylinder&) const = default;
+};
+struct TorusShape {
+    double R, r;  // centre circle in the xy plane; 0 < r < R
+    bool operator==(const TorusShape&) const = default;
+};
+/// normal . p <= offset.
+struct HalfSpace {
+    Vec3 normal;
+    double offset;
+    bool operator==(const HalfSpace&) const = default;
+};
+/// Any quadric, cut to `bounds` where given.
+struct QuadricShape {
+    Quadric surface;
+    std::optional<Box3> bounds;
+    bool operator==(const QuadricShape&) const = default;
+};
+struct Polyhedron {
+    std::shared_ptr<const PolygonMesh> mesh;
+    bool operator==(const Polyhedron& o) const { return mesh == o.mesh || *mesh == *o.mesh; }
+};
+
+struct Union {
+    std::vector<Solid> parts;
+    bool operator==(const Union&) const = default;
+};
+struct Intersection {
+    std::vector<Solid> parts;
+    bool operator==(const Intersection&) const = default;
+};
+/// The first part less all others.
+struct Difference {
+    std::vector<Solid> parts;
+    bool operator==(const Difference&) const = default;
+};
+struct Transformed {
+    Solid part;
+    Transform map;
+    bool operator==(const Transformed&) const = default;
+};
+struct Colored {
+    Solid part;
+    Vec4 rgba;  // each in [0, 1]
+    bool operator==(const Colored&) const = default;
+};
+
+using Shape = std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace,
+                           QuadricShape, Polyhedron, Union, Intersection, Difference, Transformed,
+                           Colored>;
+
+struct Node {
+    Shape shape;
+    Box3 bounds;
+    std::uint64_t hash;
+};
+
+// Constructors. Lengths are model units, angles degrees. All throw InvalidInput, naming function,
+// argument and value, for numbers that are not finite or out of range.
+
+Solid cube(const Vec3& size, bool center = false);
+Solid sphere(double r, int fragments = 0);
+Solid ellipsoid(const Vec3& radii);
+/// One of the radii may be zero (a cone).
+Solid cylinder(double h, double r1, double r2, bool center = false, int fragments = 0);
+Solid torus(double R, double r);
+Solid half_space(const Vec3& normal, double offset);
+Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds = std::nullopt);
+/// A closed mesh as a solid. Checks indices and finiteness only; whether it is closed and oriented
+/// is checked by whoever needs it, with the face named.
+Solid polyhedron(PolygonMesh mesh);
+
+/// Empty parts are dropped; the union of none is empty.
+Solid unite(std::vector<Solid> parts);
+/// The intersection of none is empty.
+Solid intersect(std::vector<Solid> parts);
+/// `parts[0]` less the rest. The difference of none is empty.
+Solid subtract(std::vector<Solid> parts);
+
+/// Throws InvalidInput if `map` is singular, not affine or not finite.
+Solid transformed(const Solid& part, const Transform& map);
+Solid colored(const Solid& part, const Vec4& rgba);
+
+}  // namespace genus
