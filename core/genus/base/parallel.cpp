@@ -5,10 +5,9 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <exception>
-#include <memory>
 #include <mutex>
-#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "genus/base/error.h"
@@ -43,12 +42,12 @@ struct Job {
     std::size_t grain;
     const std::function<void(std::size_t, std::size_t)>* body;
     Progress* progress;
+    std::size_t n_chunks;
 
-    std::size_t n_chunks = 0;
     std::atomic<std::size_t> next{0};
     std::atomic<bool> failed{false};
-    std::mutex mutex;
-    std::exception_ptr error;
+    std::mutex mutex{};
+    std::exception_ptr error{};
     std::size_t error_chunk = 0;
 
     void keep_first_error(std::size_t chunk)
@@ -168,8 +167,7 @@ void parallel_for(std::size_t n, std::size_t grain,
 {
     require(grain > 0, "parallel_for: grain is 0, must be positive");
     if (n == 0) return;
-    Job job{n, grain, &body, &current_progress()};
-    job.n_chunks = (n - 1) / grain + 1;
+    Job job{n, grain, &body, &current_progress(), (n - 1) / grain + 1};
     const auto helpers = std::min<std::size_t>(thread_count(), job.n_chunks) - 1;
     if (helpers == 0 || t_inside_body)
         job.work();
