@@ -1,0 +1,38 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+
+#include "genus/mesh/indexed_mesh.h"
+#include "genus/model/mesh_solid.h"
+
+namespace genus::python {
+
+namespace py = pybind11;
+
+/// What Python sees as genus.Mesh: triangles that never change, and the record of the call that
+/// made them where there was one.
+struct Mesh {
+    std::shared_ptr<const IndexedMesh> triangles;
+    std::shared_ptr<const MeshedSolid> made;  // null for a mesh that was loaded or given
+
+    explicit Mesh(IndexedMesh mesh)
+        : triangles(std::make_shared<const IndexedMesh>(std::move(mesh)))
+    {
+    }
+    explicit Mesh(MeshedSolid result) : made(std::make_shared<const MeshedSolid>(std::move(result)))
+    {
+        triangles = {made, &made->mesh};
+    }
+};
+
+void bind_errors(py::module_& m);
+void bind_base(py::module_& m);
+void bind_mesh(py::module_& m);
+void bind_reports(py::module_& m);
+void bind_model(py::module_& m);
+void bind_io(py::module_& m);
+void bind_language(py::module_& m);
+
+}  // namespace genus::python

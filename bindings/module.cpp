@@ -1,0 +1,14 @@
+#include <pybind11/pybind11.h>
+
+#include "bind.h"
+
+PYBIND11_MODULE(_core, m)
+{
+    namespace python = genus::python;
+    m.doc() = "The compiled core of genus.";
+    m.attr("__version__") = GENUS_VERSION;
+    python::bind_errors(m);
+    python::bind_reports(m);
+    python::bind_mesh(m);
+    python::bind_model(m);
+}
