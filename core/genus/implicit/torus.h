@@ -35,6 +35,9 @@ public:
     }
 
 private:
+    Vec3 local(const Vec3& p) const;
+    IntervalVec3 local(const Box3& box) const;
+
     double R_, r_;
     Transform placement_, to_local_;
 };
