@@ -3,8 +3,11 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <optional>
 
 #include "genus/mesh/indexed_mesh.h"
+#include "genus/mesh/measure.h"
+#include "genus/mesh/topology.h"
 #include "genus/model/mesh_solid.h"
 
 namespace genus::python {
@@ -16,6 +19,9 @@ namespace py = pybind11;
 struct Mesh {
     std::shared_ptr<const IndexedMesh> triangles;
     std::shared_ptr<const MeshedSolid> made;  // null for a mesh that was loaded or given
+    // Made when first asked for, with the interpreter lock held.
+    mutable std::shared_ptr<const Topology> topology;
+    mutable std::optional<Measures> measures;
 
     explicit Mesh(IndexedMesh mesh)
         : triangles(std::make_shared<const IndexedMesh>(std::move(mesh)))

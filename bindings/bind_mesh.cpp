@@ -37,10 +37,117 @@ py::object error_report(const Mesh& mesh)
     return mesh.made ? py::cast(mesh.made->error) : py::none();
 }
 
+const Topology& topology_of(const Mesh& mesh)
+{
+    if (!mesh.topology)
+        mesh.topology = std::make_shared<const Topology>(
+            long_call([triangles = mesh.triangles] { return topology(*triangles); }));
+    return *mesh.topology;
+}
+
+const Measures& measures_of(const Mesh& mesh)
+{
+    if (!mesh.measures)
+        mesh.measures = long_call([triangles = mesh.triangles] { return measure(*triangles); });
+    return *mesh.measures;
+}
+
+py::array inertia(const Mesh& mesh)
+{
+    const auto& m = measures_of(mesh).inertia;
+    return py::array_t<double>(std::vector<py::ssize_t>{3, 3}, m[0].data());
+}
+
+py::list complex_edges(const Topology& t)
+{
+    py::list edges;
+    for (const ComplexEdge& e : t.complex_edges) edges.append(py::make_tuple(e.a, e.b, e.faces));
+    return edges;
+}
+
+py::list complex_vertices(const Topology& t)
+{
+    py::list vertices;
+    for (const ComplexVertex& v : t.complex_vertices)
+        vertices.append(py::make_tuple(v.vertex, v.fans));
+    return vertices;
+}
+
+py::list flipped_edges(const Topology& t)
+{
+    py::list edges;
+    for (const FlippedEdge& e : t.flipped_edges) edges.append(py::make_tuple(e.a, e.b, e.faces));
+    return edges;
+}
+
+template <class Class>
+void bind_surface_kind(Class& c)
+{
+    c.def_readonly("vertices", &SurfaceKind::vertices)
+        .def_readonly("edges", &SurfaceKind::edges)
+        .def_readonly("faces", &SurfaceKind::faces)
+        .def_readonly("boundary_edges", &SurfaceKind::boundary_edges)
+        .def_readonly("boundary_loops", &SurfaceKind::boundary_loops,
+                      "Closed curves of edges with one face only.")
+        .def_readonly("euler", &SurfaceKind::euler, "V - E + F.")
+        .def_readonly("genus", &SurfaceKind::genus,
+                      "Handles, summed over components; None unless manifold and orientable.")
+        .def_readonly("closed", &SurfaceKind::closed, "Every edge has at least two faces.")
+        .def_readonly("oriented", &SurfaceKind::oriented,
+                      "The two faces of an edge run along it in opposite directions.")
+        .def_readonly("orientable", &SurfaceKind::orientable,
+                      "Faces could be turned so that they do.")
+        .def_readonly("manifold", &SurfaceKind::manifold, "No complex edge or vertex.");
+}
+
+std::string describe(const char* name, const SurfaceKind& kind)
+{
+    return std::string("<genus.") + name + ": V - E + F = " + std::to_string(kind.vertices) +
+           " - " + std::to_string(kind.edges) + " + " + std::to_string(kind.faces) + " = " +
+           std::to_string(kind.euler) + (kind.closed ? ", closed" : ", open") +
+           (kind.manifold ? ", manifold>" : ", not manifold>");
+}
+
+void bind_topology(py::module_& m)
+{
+    py::class_<SurfaceKind, std::shared_ptr<SurfaceKind>> kind(
+        m, "SurfaceKind", "What holds of a mesh, or of one component of it, as a surface.");
+    bind_surface_kind(kind);
+    kind.def("__repr__", [](const SurfaceKind& k) { return describe("SurfaceKind", k); });
+
+    // Shared with the mesh it was made from.
+    py::class_<Topology, SurfaceKind, std::shared_ptr<Topology>>(
+        m, "Topology", "What holds of a mesh as a surface, whatever its shape.")
+        .def_property_readonly(
+            "components", [](const Topology& t) { return t.components.size(); },
+            "Number of parts that hang together by vertices.")
+        .def_property_readonly(
+            "parts", [](const Topology& t) { return t.components; },
+            "The same for each component, in the order of their smallest vertex.")
+        .def_property_readonly(
+            "component_of_vertex",
+            [](const Topology& t) { return to_array(t.component_of_vertex); },
+            "(n,) int32, -1 for vertices that no face names.")
+        .def_readonly("isolated_vertices", &Topology::isolated_vertices,
+                      "How many vertices no face names.")
+        .def_readonly("degenerate_faces", &Topology::degenerate_faces,
+                      "Faces with a vertex twice; left out of all else.")
+        .def_property_readonly("complex_edges", &complex_edges,
+                               "Edges of more than two faces: list of (a, b, faces).")
+        .def_property_readonly("complex_vertices", &complex_vertices,
+                               "Vertices whose faces form several fans: list of (vertex, fans).")
+        .def_property_readonly(
+            "flipped_edges", &flipped_edges,
+            "Edges whose two faces run along them in the same direction: list of (a, b, faces).")
+        .def_readonly("mean_valence", &Topology::mean_valence, "Edges a vertex, on average.")
+        .def("__repr__", [](const Topology& t) { return describe("Topology", t); });
+}
+
 }  // namespace
 
 void bind_mesh(py::module_& m)
 {
+    bind_topology(m);
     py::class_<Mesh>(
         m, "Mesh",
         R"(Triangles as numbers of shared vertices, counterclockwise seen from outside. Never changes.
@@ -66,6 +173,31 @@ void bind_mesh(py::module_& m)
         .def_property_readonly(
             "bounds", [](const Mesh& mesh) { return to_array(bounds(*mesh.triangles)); },
             "(2, 3) float64: lower and upper corner of the bounding box.")
+        .def_property_readonly(
+            "volume", [](const Mesh& mesh) { return measures_of(mesh).volume; },
+            "Volume inside, cubic model units; negative for a mesh turned inside out.")
+        .def_property_readonly(
+            "area", [](const Mesh& mesh) { return measures_of(mesh).area; },
+            "Area of all faces, square model units.")
+        .def_property_readonly(
+            "centroid", [](const Mesh& mesh) { return to_array(measures_of(mesh).centroid); },
+            "(3,) float64: centre of mass of the inside.")
+        .def_property_readonly("inertia", &inertia,
+                               "(3, 3) float64: inertia about the centroid at density 1.")
+        .def_property_readonly(
+            "is_closed", [](const Mesh& mesh) { return topology_of(mesh).closed; },
+            "True if every edge has at least two faces.")
+        .def_property_readonly(
+            "topology",
+            [](const Mesh& mesh) {
+                topology_of(mesh);
+                return std::const_pointer_cast<Topology>(mesh.topology);
+            },
+            R"(What holds of the mesh as a surface, a Topology.
+
+>>> t = genus.cube(1).mesh().topology
+>>> t.euler, t.genus, t.components, t.closed, t.manifold
+(2, 0, 1, True, True))")
         .def_property_readonly("error", &error_report,
                                "The ErrorReport of the call that made the mesh, else None.")
         .def_property_readonly("seconds", &stage_seconds,
