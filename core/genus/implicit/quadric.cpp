@@ -292,13 +292,14 @@ Interval Quadric::bound(const Box3& box) const
           c[1] * (q[4] * c[1] + 2.0 * (q[5] * c[2] + q[6])) + c[2] * (q[7] * c[2] + 2.0 * q[8]) +
           q[9];
     // Every term above and below is at most its share of this sum, and passes through fewer than
-    // 24 roundings of half a unit each; underflow adds at most a denormal times a factor in m.
+    // 24 roundings of half a unit each; underflow adds at most a denormal times a factor in m. The
+    // rest of the slack covers the rounding of value(), so that its results are held, too.
     const auto term = [](double a) { return std::fabs(a); };
     const double magnitude =
         m[0] * (term(q[0]) * m[0] + 2.0 * (term(q[1]) * m[1] + term(q[2]) * m[2] + term(q[3]))) +
         m[1] * (term(q[4]) * m[1] + 2.0 * (term(q[5]) * m[2] + term(q[6]))) +
         m[2] * (term(q[7]) * m[2] + 2.0 * term(q[8])) + term(q[9]);
-    const double slack = 16.0 * kEps * magnitude + kMinNormal * (1.0 + m[0] + m[1] + m[2]);
+    const double slack = 32.0 * kEps * magnitude + kMinNormal * (1.0 + m[0] + m[1] + m[2]);
     if (!(slack <= 1e300)) return natural_bound(q_, relative_to(box, origin_));
 
     if (form_ == Form::Linear) {

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -38,7 +40,7 @@ private:
     std::shared_ptr<const Node> node_;
 };
 
-/// Equal trees: same shapes, numbers and order.
+/// Equal trees: same shapes, numbers and order. O(nodes that are not shared).
 bool operator==(const Solid& a, const Solid& b);
 
 // Shapes. `fragments` is 0 for the exact round shape, else the number of sides of the polyhedron
@@ -113,15 +115,31 @@ struct Colored {
     bool operator==(const Colored&) const = default;
 };
 
-using Shape = std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace,
-                           QuadricShape, Polyhedron, Union, Intersection, Difference, Transformed,
-                           Colored>;
+using Shape =
+    std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace, QuadricShape,
+                 Polyhedron, Union, Intersection, Difference, Transformed, Colored>;
 
 struct Node {
     Shape shape;
     Box3 bounds;
     std::uint64_t hash;
+
+    Node(Shape shape_, const Box3& bounds_, std::uint64_t hash_)
+        : shape(std::move(shape_)), bounds(bounds_), hash(hash_)
+    {
+    }
+    Node(const Node&) = delete;
+    Node& operator=(const Node&) = delete;
+    /// Takes the tree below it apart without recursion, so that no depth overflows the stack.
+    ~Node();
 };
+
+/// The parts of an operator, the one part of a transform or colour; none for a primitive. Shares
+/// the node's life.
+std::span<const Solid> parts_of(const Node& node);
+
+/// What the user called a primitive, with its numbers: "cylinder(h = 30, r = 3)". For messages.
+std::string describe(const Shape& shape);
 
 // Constructors. Lengths are model units, angles degrees. All throw InvalidInput, naming function,
 // argument and value, for numbers that are not finite or out of range.

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "genus/model/csg_field.h"
+
+namespace genus {
+
+/// What a tree becomes: its surfaces, each once, and the formula over them.
+struct LoweredTree {
+    std::vector<Surface> surfaces;
+    std::vector<CsgField::Instruction> instructions;
+};
+
+/// Writes a tree as a formula over surfaces; see CsgField, whose constructor this is. No
+/// recursion, so any depth of tree will do. Throws InvalidInput as CsgField does, and for trees of
+/// more than 10^7 leaves once shared parts are written out.
+LoweredTree lower(const Solid& solid);
+
+/// The surfaces of one primitive moved by `map`, their intersection being the primitive. Throws
+/// InvalidInput as `lower`.
+std::vector<Surface> leaf_surfaces(const Shape& shape, const Transform& map);
+
+}  // namespace genus
