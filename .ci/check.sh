@@ -1,0 +1,44 @@
+#!/bin/sh
+# Format, lint, types, warnings as errors, sanitizers. Stops at the first fault.
+#   .ci/check.sh            all of it
+#   .ci/check.sh --quick    without the sanitizers: seconds
+set -eu
+cd "$(dirname "$0")/.."
+
+[ -x .venv/bin/pip ] || ./setup.sh
+echo "== tools"
+.venv/bin/pip install --quiet 'ruff>=0.5' 'mypy>=1.8' 'clang-format==14.0.6'
+
+echo "== format"
+find core bindings tests -name '*.h' -o -name '*.cpp' | sort |
+    xargs .venv/bin/clang-format --dry-run -Werror
+.venv/bin/ruff format --check --quiet .
+
+echo "== lint"
+.venv/bin/ruff check --quiet .
+.venv/bin/mypy --no-error-summary
+
+[ "${1:-}" = --quick ] && exit 0
+
+# The thread sanitizer needs a fixed address layout on kernels that spread it widely.
+without_aslr() {
+    if setarch -R true 2>/dev/null; then setarch -R "$@"; else "$@"; fi
+}
+
+echo "== address and undefined-behaviour sanitizers, warnings as errors"
+cmake --preset asan -Wno-dev >/dev/null
+cmake --build --preset asan
+ctest --test-dir build/asan --output-on-failure -j "$(nproc)"
+
+echo "== thread sanitizer"
+cmake --preset tsan -Wno-dev >/dev/null
+threaded=$(grep -rl 'parallel_for' core/genus --include='*.cpp' | cut -d/ -f3 | sort -u)
+targets=""
+for folder in $threaded; do
+    if [ -d "tests/core/$folder" ]; then targets="$targets ${folder}_test"; fi
+done
+# shellcheck disable=SC2086  # a list of words
+cmake --build --preset tsan --target $targets
+for target in $targets; do
+    GENUS_THREADS=4 without_aslr "build/tsan/tests/core/$target" --gtest_brief=1
+done
