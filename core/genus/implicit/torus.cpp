@@ -85,11 +85,8 @@ Interval Torus::bound(const Box3& box) const
     const Interval s = sqrt(square(x[0]) + square(x[1]));
     const Interval zz = square(x[2]) - square(Interval(r_));
     const Interval near = square(s - Interval(R_)) + zz, far = square(s + Interval(R_)) + zz;
-    // Room for the rounding of value(), which goes the same way: a few units of the largest term.
-    const double reach = s.hi + R_, size = reach * reach + square(x[2]).hi + r_ * r_;
-    const double slack = rounding::up(16.0 * std::numeric_limits<double>::epsilon() * size);
-    const Interval room(-slack, slack);
-    return (near + room) * (far + room);
+    // The same operations as value(), so that its rounded results are held, too.
+    return near * far;
 }
 
 IntervalVec3 Torus::gradient_bound(const Box3& box) const

@@ -11,9 +11,9 @@ namespace genus {
 /// What was left out of a scene, and why.
 struct Explanation {
     struct Entry {
-        std::string what;   // "subtracted part misses the solid", "equal subtrees shared", ...
+        std::string what;  // "subtracted part misses the solid", "equal subtrees shared", ...
         std::int64_t count;
-        std::string unit;   // "leaves", "nodes", "cells"
+        std::string unit;  // "leaves", "nodes", "cells"
     };
     std::vector<Entry> entries;
 

@@ -306,18 +306,24 @@ bool same_shape_without_parts(const Node& a, const Node& b)
     return !parts_of(a).empty() || a.shape == b.shape;
 }
 
-std::string numbers(const Vec3& v)
+std::string numbers(std::span<const double> values)
 {
-    return "[" + to_text(v[0]) + ", " + to_text(v[1]) + ", " + to_text(v[2]) + "]";
+    std::string text = "[";
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (i > 0) text += ", ";
+        text += to_text(values[i]);
+    }
+    text += "]";
+    return text;
 }
 
 struct Describe {
     std::string operator()(const Empty&) const { return "empty solid"; }
-    std::string operator()(const Cube& s) const { return "cube(" + numbers(s.size) + ")"; }
+    std::string operator()(const Cube& s) const { return "cube(" + numbers(s.size.c) + ")"; }
     std::string operator()(const Sphere& s) const { return "sphere(r = " + to_text(s.r) + ")"; }
     std::string operator()(const Ellipsoid& s) const
     {
-        return "ellipsoid(" + numbers(s.radii) + ")";
+        return "ellipsoid(" + numbers(s.radii.c) + ")";
     }
     std::string operator()(const Cylinder& s) const
     {
@@ -332,14 +338,11 @@ struct Describe {
     }
     std::string operator()(const HalfSpace& s) const
     {
-        return "half_space(" + numbers(s.normal) + ", " + to_text(s.offset) + ")";
+        return "half_space(" + numbers(s.normal.c) + ", " + to_text(s.offset) + ")";
     }
     std::string operator()(const QuadricShape& s) const
     {
-        std::string text = "quadric([";
-        const std::array<double, 10> q = s.surface.upper_triangle();
-        for (std::size_t i = 0; i < q.size(); ++i) text += (i ? ", " : "") + to_text(q[i]);
-        return text + "])";
+        return "quadric(" + numbers(s.surface.upper_triangle()) + ")";
     }
     std::string operator()(const Polyhedron& s) const
     {
