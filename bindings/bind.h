@@ -19,6 +19,8 @@ namespace py = pybind11;
 struct Mesh {
     std::shared_ptr<const IndexedMesh> triangles;
     std::shared_ptr<const MeshedSolid> made;  // null for a mesh that was loaded or given
+    double seconds = 0.0;                     // of that call, as its caller sees it
+    bool was_measured = false;                // and whether it sampled the error
     // Made when first asked for, with the interpreter lock held.
     mutable std::shared_ptr<const Topology> topology;
     mutable std::optional<Measures> measures;
@@ -32,6 +34,13 @@ struct Mesh {
         triangles = {made, &made->mesh};
     }
 };
+
+const Topology& topology_of(const Mesh& mesh);
+const Measures& measures_of(const Mesh& mesh);
+/// Seconds by stage of the call that made the mesh.
+py::dict stage_seconds(const Mesh& mesh);
+/// All of it as a genus.report.table.MeshReport.
+py::object report(const Mesh& mesh);
 
 void bind_errors(py::module_& m);
 void bind_base(py::module_& m);

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "bind.h"
+#include "genus/mesh/validate.h"
 #include "long_call.h"
 
 #include <pybind11/stl.h>
@@ -19,14 +20,6 @@ Mesh make_mesh(const ArrayLike& vertices, const ArrayLike& faces)
     return Mesh(std::move(mesh));
 }
 
-py::dict stage_seconds(const Mesh& mesh)
-{
-    py::dict seconds;
-    if (mesh.made)
-        for (const auto& [stage, s] : mesh.made->seconds) seconds[py::str(stage)] = s;
-    return seconds;
-}
-
 py::object explanation(const Mesh& mesh)
 {
     return mesh.made ? py::cast(mesh.made->explanation) : py::none();
@@ -35,21 +28,6 @@ py::object explanation(const Mesh& mesh)
 py::object error_report(const Mesh& mesh)
 {
     return mesh.made ? py::cast(mesh.made->error) : py::none();
-}
-
-const Topology& topology_of(const Mesh& mesh)
-{
-    if (!mesh.topology)
-        mesh.topology = std::make_shared<const Topology>(
-            long_call([triangles = mesh.triangles] { return topology(*triangles); }));
-    return *mesh.topology;
-}
-
-const Measures& measures_of(const Mesh& mesh)
-{
-    if (!mesh.measures)
-        mesh.measures = long_call([triangles = mesh.triangles] { return measure(*triangles); });
-    return *mesh.measures;
 }
 
 py::array inertia(const Mesh& mesh)
@@ -108,6 +86,29 @@ std::string describe(const char* name, const SurfaceKind& kind)
            (kind.manifold ? ", manifold>" : ", not manifold>");
 }
 
+std::vector<Finding> validate_mesh(const Mesh& mesh, bool self_intersections,
+                                   std::size_t max_findings, const py::object& progress)
+{
+    const ValidateOptions options{self_intersections, max_findings};
+    return long_call(
+        [&, triangles = mesh.triangles] { return validate(*triangles, options).findings; },
+        progress);
+}
+
+void bind_validation(py::module_& m)
+{
+    py::class_<Finding>(m, "Finding", "One thing that keeps a mesh from bounding a solid.")
+        .def_property_readonly(
+            "defect", [](const Finding& f) { return name(f.defect); },
+            "Its kind: \"open edge\", ...")
+        .def_readonly("vertices", &Finding::vertices, "The vertices concerned.")
+        .def_readonly("faces", &Finding::faces, "The faces concerned.")
+        .def_property_readonly(
+            "at", [](const Finding& f) { return f.at.c; }, "A point of it, model units.")
+        .def("__str__", [](const Finding& f) { return f.text; })
+        .def("__repr__", [](const Finding& f) { return "<genus.Finding: " + f.text + ">"; });
+}
+
 void bind_topology(py::module_& m)
 {
     py::class_<SurfaceKind, std::shared_ptr<SurfaceKind>> kind(
@@ -145,9 +146,25 @@ void bind_topology(py::module_& m)
 
 }  // namespace
 
+const Topology& topology_of(const Mesh& mesh)
+{
+    if (!mesh.topology)
+        mesh.topology = std::make_shared<const Topology>(
+            long_call([triangles = mesh.triangles] { return topology(*triangles); }));
+    return *mesh.topology;
+}
+
+const Measures& measures_of(const Mesh& mesh)
+{
+    if (!mesh.measures)
+        mesh.measures = long_call([triangles = mesh.triangles] { return measure(*triangles); });
+    return *mesh.measures;
+}
+
 void bind_mesh(py::module_& m)
 {
     bind_topology(m);
+    bind_validation(m);
     py::class_<Mesh>(
         m, "Mesh",
         R"(Triangles as numbers of shared vertices, counterclockwise seen from outside. Never changes.
@@ -202,6 +219,15 @@ void bind_mesh(py::module_& m)
                                "The ErrorReport of the call that made the mesh, else None.")
         .def_property_readonly("seconds", &stage_seconds,
                                "Seconds by stage of the call that made the mesh, in order.")
+        .def("report", &report,
+             "All of this and what the mesh is, a dict of plain values that prints as a table.")
+        .def("validate", &validate_mesh, py::kw_only(), py::arg("self_intersections") = true,
+             py::arg("max_findings") = 100, py::arg("progress") = py::none(),
+             R"(What keeps the mesh from bounding a solid: a list of Finding, empty if nothing does.
+
+>>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+>>> [finding.defect for finding in genus.Mesh(corners, [[0, 1, 2]]).validate()]
+['open edge', 'open edge', 'open edge'])")
         .def("explain", &explanation,
              "What the call that made the mesh left out, an Explanation, else None.")
         .def("__len__", [](const Mesh& mesh) { return mesh.triangles->n_faces(); })

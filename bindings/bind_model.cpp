@@ -5,6 +5,7 @@
 #include "bind.h"
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/base/progress.h"
 #include "genus/model/csg_field.h"
 #include "genus/model/plan.h"
 #include "genus/model/solid.h"
@@ -109,7 +110,11 @@ Mesh make_mesh(const Solid& solid, Number tolerance, const std::string& method, 
     options.plan = use_plan;
     options.measure = measure;
     options.max_triangles = max_triangles;
-    return Mesh(long_call([&] { return mesh_solid(solid, options); }, progress));
+    const double start = seconds_now();
+    Mesh mesh(long_call([&] { return mesh_solid(solid, options); }, progress));
+    mesh.seconds = seconds_now() - start;
+    mesh.was_measured = measure;
+    return mesh;
 }
 
 // Field values a chunk; a chunk takes about a millisecond.
@@ -373,45 +378,6 @@ UnboundedSolid, ToleranceNotMet, InvalidInput
 }
 
 }  // namespace
-
-void bind_reports(py::module_& m)
-{
-    py::class_<Explanation>(m, "Explanation", "What was left out of a scene, and why.")
-        .def_property_readonly(
-            "entries",
-            [](const Explanation& e) {
-                py::list entries;
-                for (const auto& entry : e.entries)
-                    entries.append(py::make_tuple(entry.what, entry.count, entry.unit));
-                return entries;
-            },
-            "List of (what, count, unit).")
-        .def("__str__", &Explanation::to_text)
-        .def("__repr__", [](const Explanation& e) {
-            return "<genus.Explanation: " + std::to_string(e.entries.size()) + " entries>";
-        });
-
-    py::class_<ErrorReport>(m, "ErrorReport",
-                            "How far mesh and exact solid are apart, in model units.")
-        .def_readonly("bound", &ErrorReport::bound,
-                      "No point of either surface is farther than this from the other.")
-        .def_readonly("certified", &ErrorReport::certified,
-                      "True if the bound is proven, False if estimated.")
-        .def_readonly("measured", &ErrorReport::measured,
-                      "Largest distance found by sampling both ways.")
-        .def_property_readonly(
-            "parts",
-            [](const ErrorReport& e) {
-                py::dict parts;
-                for (const auto& [cause, share] : e.parts) parts[py::str(cause)] = share;
-                return parts;
-            },
-            "Share of each cause in the bound, model units, largest first.")
-        .def("__repr__", [](const ErrorReport& e) {
-            return "<genus.ErrorReport: bound " + to_text(e.bound) + ", measured " +
-                   to_text(e.measured) + (e.certified ? ", certified>" : ", estimated>");
-        });
-}
 
 void bind_model(py::module_& m)
 {
