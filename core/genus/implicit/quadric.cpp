@@ -144,15 +144,17 @@ Interval natural_bound(const std::array<double, 10>& q, const IntervalVec3& x)
     Interval sum(q[9]);
     for (int i = 0; i < 3; ++i) {
         if (a[i] == 0.0) {
-            sum = sum + Interval(2.0 * b[i]) * x[i];
+            if (b[i] != 0.0) sum = sum + Interval(2.0 * b[i]) * x[i];
         } else {
             const Interval middle = Interval(b[i]) / Interval(a[i]);
             sum = sum + Interval(a[i]) * square(x[i] + middle) - Interval(b[i]) * middle;
         }
     }
-    sum = sum + Interval(2.0 * q[1]) * x[0] * x[1];
-    sum = sum + Interval(2.0 * q[2]) * x[0] * x[2];
-    return sum + Interval(2.0 * q[5]) * x[1] * x[2];
+    // Factors of zero are left out: their rounding times infinity would be everything.
+    if (q[1] != 0.0) sum = sum + Interval(2.0 * q[1]) * x[0] * x[1];
+    if (q[2] != 0.0) sum = sum + Interval(2.0 * q[2]) * x[0] * x[2];
+    if (q[5] != 0.0) sum = sum + Interval(2.0 * q[5]) * x[1] * x[2];
+    return sum;
 }
 
 IntervalVec3 relative_to(const Box3& box, const Vec3& origin)

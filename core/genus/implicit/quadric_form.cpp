@@ -110,13 +110,14 @@ Reduced reduce(const Quadric& quadric)
     }
     r.constant = q[9];
     double magnitude = std::fabs(q[9]), steepest = 0.0;
+    for (int i = 0; i < 3; ++i) steepest = std::max(steepest, std::fabs(slopes[i]));
     for (int i = 0; i < 3; ++i) {
-        steepest = std::max(steepest, std::fabs(slopes[i]));
         if (r.lambda[i] == 0.0) continue;
         const double step = -slopes[i] / r.lambda[i];
         r.center += step * r.axes[i];
         r.constant += slopes[i] * step;
-        magnitude += std::fabs(slopes[i] * step);
+        // Slopes and eigenvalues are rounded relative to their largest: so is what they add.
+        magnitude += std::fabs(step) * (steepest + std::fabs(step) * largest);
     }
     if (std::fabs(r.constant) <= kZero * magnitude) r.constant = 0.0;
     gather_slope(r, slopes);
