@@ -161,20 +161,20 @@ const Measures& measures_of(const Mesh& mesh)
     return *mesh.measures;
 }
 
-void bind_mesh(py::module_& m)
+py::class_<Mesh> bind_mesh(py::module_& m)
 {
     bind_topology(m);
     bind_validation(m);
-    py::class_<Mesh>(
+    py::class_<Mesh> cls(
         m, "Mesh",
         R"(Triangles as numbers of shared vertices, counterclockwise seen from outside. Never changes.
 
 >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 >>> tetrahedron = genus.Mesh(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 >>> tetrahedron.vertices.shape, tetrahedron.faces.dtype.name
-((4, 3), 'int32'))")
-        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"),
-             "vertices (n, 3) numbers, model units; faces (m, 3) vertex numbers.")
+((4, 3), 'int32'))");
+    cls.def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"),
+            "vertices (n, 3) numbers, model units; faces (m, 3) vertex numbers.")
         .def_property_readonly(
             "vertices",
             [](const py::object& self) {
@@ -235,6 +235,7 @@ void bind_mesh(py::module_& m)
             return "<genus.Mesh: " + std::to_string(mesh.triangles->n_vertices()) + " vertices, " +
                    std::to_string(mesh.triangles->n_faces()) + " triangles>";
         });
+    return cls;
 }
 
 }  // namespace genus::python

@@ -27,9 +27,18 @@ PyObject* new_type(py::module_& m, const char* name, const char* doc, const py::
     return type;
 }
 
+// Names of files need not be UTF-8: as Python does it, other bytes become lone surrogates.
+py::object text(const std::string& bytes)
+{
+    const auto size = static_cast<py::ssize_t>(bytes.size());
+    PyObject* string = PyUnicode_DecodeFSDefaultAndSize(bytes.data(), size);
+    if (string == nullptr) throw py::error_already_set();
+    return py::reinterpret_steal<py::object>(string);
+}
+
 py::object instance(PyObject* type, const std::exception& error)
 {
-    return py::handle(type)(py::str(error.what()));
+    return py::handle(type)(text(error.what()));
 }
 
 void raise(PyObject* type, const py::object& error)
@@ -46,21 +55,21 @@ py::object or_none(const std::optional<T>& value)
 void raise(const FileError& error)
 {
     const py::object e = instance(types.file_error, error);
-    e.attr("path") = error.path();
-    e.attr("filename") = error.path();
+    e.attr("path") = text(error.path());
+    e.attr("filename") = text(error.path());
     e.attr("line") = or_none(error.place().line);
     e.attr("byte") = or_none(error.place().byte);
-    e.attr("problem") = error.problem();
+    e.attr("problem") = text(error.problem());
     raise(types.file_error, e);
 }
 
 void raise(const ModelError& error)
 {
     const py::object e = instance(types.model_error, error);
-    e.attr("file") = error.file();
+    e.attr("file") = text(error.file());
     e.attr("line") = error.line();
     e.attr("column") = error.column();
-    e.attr("problem") = error.problem();
+    e.attr("problem") = text(error.problem());
     raise(types.model_error, e);
 }
 

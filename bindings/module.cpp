@@ -9,6 +9,7 @@ PYBIND11_MODULE(_core, m)
     m.attr("__version__") = GENUS_VERSION;
     python::bind_errors(m);
     python::bind_reports(m);
-    python::bind_mesh(m);
+    auto mesh = python::bind_mesh(m);
     python::bind_model(m);
+    python::bind_io(m, mesh);
 }
