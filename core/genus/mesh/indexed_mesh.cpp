@@ -85,7 +85,8 @@ std::vector<std::int32_t> without_repeats(const std::vector<Vec2>& plane, Face f
 {
     std::vector<std::int32_t> loop;
     for (std::size_t i = 0; i < face.size(); ++i) {
-        const std::size_t after = i + 1 < face.size() ? i + 1 : 0;
+        const bool last = i + 1 == face.size();
+        const std::size_t after = last ? (loop.empty() ? 0 : loop.front()) : i + 1;
         if (plane[i] == plane[after] && loop.size() + face.size() - i > 3) {
             const std::int32_t before = loop.empty() ? face.back() : face[loop.back()];
             flat.push_back({before, face[i], face[after]});
