@@ -7,10 +7,7 @@
 True
 """
 
-from genus import _core
-from genus._core import *  # noqa: F403
-from genus._core import __version__
-
-# Names of _core are public unless they begin with an underscore; heavier modules of the package
+# All public names come straight from the compiled module; heavier parts of the package
 # (genus.report, genus.cli) are imported by those who use them.
-__all__ = ["__version__", *(name for name in dir(_core) if not name.startswith("_"))]  # noqa: PLE0604
+from genus._core import *  # noqa: F403
+from genus._core import __version__ as __version__

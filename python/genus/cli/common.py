@@ -74,7 +74,10 @@ class Progress:
             from tqdm import tqdm
 
             self._bar = tqdm(
-                total=100, leave=False, file=sys.stderr, bar_format="{desc} {percentage:3.0f}% {bar}"
+                total=100,
+                leave=False,
+                file=sys.stderr,
+                bar_format="{desc} {percentage:3.0f}% {bar}",
             )
         self._bar.set_description_str(stage, refresh=False)
         self._bar.n = round(100 * done)

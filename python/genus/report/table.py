@@ -27,7 +27,9 @@ def columns(header: Sequence[str], rows: Iterable[Sequence[str]], indent: str = 
     """Any number of right-aligned columns under a header."""
     table = [list(header), *(list(row) for row in rows)]
     widths = [max(len(row[i]) for row in table) for i in range(len(header))]
-    lines = ("  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths, strict=True)) for row in table)
+    lines = (
+        "  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths, strict=True)) for row in table
+    )
     return "\n".join(indent + line for line in lines)
 
 
@@ -72,7 +74,5 @@ def call_rows(r: dict[str, Any]) -> list[tuple[str, str]]:
     if error["measured"] is not None:
         rows.append(("error measured", number(error["measured"])))
     rows.append(("seconds", f"{r['seconds']['total']:.3f}"))
-    rows += [
-        (f"  {stage}", f"{s:.3f}") for stage, s in r["seconds"].items() if stage != "total"
-    ]
+    rows += [(f"  {stage}", f"{s:.3f}") for stage, s in r["seconds"].items() if stage != "total"]
     return rows
