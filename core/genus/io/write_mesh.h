@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "genus/io/mesh_file.h"
+#include "genus/mesh/indexed_mesh.h"
+
+namespace genus {
+
+struct WriteOptions {
+    /// Taken from the extension of the path unless given here.
+    std::optional<MeshFormat> format;
+    /// Text where the format also has a binary form (STL, PLY).
+    bool ascii = false;
+};
+
+/// Writes a mesh as STL, OBJ, OFF or PLY. Reading the file back gives the same mesh, except that
+/// binary STL rounds positions to 4-byte numbers, and that any STL drops vertices without a face,
+/// cuts faces into triangles and joins vertices at one place. Colours are kept by PLY, by OFF,
+/// and by OBJ for vertices (without alpha).
+///
+/// The file appears whole or not at all, also when the call is cancelled: it is written under
+/// another name in the same folder and then renamed. Bytes do not depend on the number of threads.
+///
+/// Throws FileError where the format is unknown, the folder is missing or not to be written to,
+/// or the disk is full; InvalidInput where a coordinate is not finite, a face names a vertex that
+/// does not exist or has fewer than three corners, or a list of colours has the wrong length.
+void write_mesh(const std::string& path, const IndexedMesh& mesh, const WriteOptions& options = {});
+void write_mesh(const std::string& path, const PolygonMesh& mesh, const WriteOptions& options = {});
+void write_mesh_file(const std::string& path, const MeshFile& file,
+                     const WriteOptions& options = {});
+
+/// The bytes of such a file.
+std::vector<std::byte> mesh_bytes(const IndexedMesh& mesh, MeshFormat format, bool ascii = false);
+std::vector<std::byte> mesh_bytes(const MeshFile& file, MeshFormat format, bool ascii = false);
+
+}  // namespace genus
