@@ -195,7 +195,7 @@ std::optional<Box3> ellipsoid_box(const Quadric& quadric)
     // linearly, K is not constant and nothing is bounded.
     Interval k(-q[9]);
     for (int i = 0; i < 3; ++i) {
-        if (a[i] > 0.0) k = k + square(Interval(b[i])) / Interval(a[i]);
+        if (b[i] != 0.0 && a[i] > 0.0) k = k + square(Interval(b[i])) / Interval(a[i]);
         if (a[i] == 0.0 && b[i] != 0.0) return std::nullopt;
     }
     if (k.hi < 0.0) return Box3{};
