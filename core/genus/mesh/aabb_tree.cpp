@@ -379,11 +379,17 @@ Vec3 closest_point(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
     const Vec3 cp = p - c;
     const double d5 = dot(ab, cp), d6 = dot(ac, cp);
     if (d6 >= 0.0 && d5 <= d6) return c;
-    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+    // Areas by cross products, not by products of the d's: the error then grows with the reciprocal
+    // of a needle's angle, not with its square.
+    const Vec3 n = cross(ab, ac);
+    const double va = dot(n, cross(bp, cp)), vb = dot(n, cross(cp, ap)), vc = dot(n, cross(ap, bp));
+    if (!(va > 0.0 && vb > 0.0 && vc > 0.0)) return closest_on_sides(p, a, b, c);
     const double sum = va + vb + vc;
-    // On a side, and wherever cancellation leaves no inside to speak of.
-    if (!(va > 0.0 && vb > 0.0 && vc > 0.0 && sum > 0.0)) return closest_on_sides(p, a, b, c);
-    return a + (vb / sum) * ab + (vc / sum) * ac;
+    const Vec3 inside = a + (vb / sum) * ab + (vc / sum) * ac;
+    constexpr double kNeedle = 1e-12;  // squared sine
+    if (dot(n, n) > kNeedle * dot(ab, ab) * dot(ac, ac)) return inside;
+    const Vec3 side = closest_on_sides(p, a, b, c);
+    return dot(side - p, side - p) < dot(inside - p, inside - p) ? side : inside;
 }
 
 MeshTree::MeshTree(const IndexedMesh& mesh) : mesh_(&mesh), tree_(face_boxes(mesh)) {}
