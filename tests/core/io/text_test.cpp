@@ -43,9 +43,11 @@ TEST(ParseNumber, RoundsLikeTheCLibraryInEveryShape)
     for (int i = 0; i < rounds; ++i) {
         std::string text = random() % 2 == 0 ? "-" : "";
         text += random_digits(random, static_cast<int>(random() % 6));
-        if (random() % 4 != 0) text += "." + random_digits(random, static_cast<int>(random() % 22));
+        if (random() % 4 != 0)
+            text.append(1, '.').append(random_digits(random, static_cast<int>(random() % 22)));
         if (text.find_first_of("0123456789") == std::string::npos) text += "7";
-        if (random() % 4 == 0) text += "e" + std::to_string(static_cast<int>(random() % 60) - 30);
+        if (random() % 4 == 0)
+            text.append(1, 'e').append(std::to_string(static_cast<int>(random() % 60) - 30));
         expect_correctly_rounded(text);
     }
 }
