@@ -267,7 +267,12 @@ std::vector<Box3> face_boxes(const IndexedMesh& mesh)
     std::vector<Box3> boxes(mesh.n_faces());
     parallel_for(mesh.n_faces(), 1 << 15, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f)
-            for (const std::int32_t v : mesh.faces[f]) boxes[f].add(mesh.vertices[v]);
+            for (const std::int32_t v : mesh.faces[f]) {
+                if (!is_finite(mesh.vertices[v]))
+                    throw InvalidInput("vertex " + std::to_string(v) + " of face " +
+                                       std::to_string(f) + " is not finite");
+                boxes[f].add(mesh.vertices[v]);
+            }
     });
     return boxes;
 }

@@ -112,7 +112,8 @@ private:
     std::vector<Box3> boxes_;  // of items_, in that order
 };
 
-/// Boxes of all faces. Throws InvalidInput for a vertex number out of range.
+/// Boxes of all faces. Throws InvalidInput for a vertex number out of range or a coordinate that
+/// is not finite.
 std::vector<Box3> face_boxes(const IndexedMesh& mesh);
 
 struct ClosestPoint {

@@ -243,17 +243,25 @@ private:
         return bound;
     }
 
+    double bound_by_face(const Piece& piece, std::int32_t face) const
+    {
+        double farthest = 0.0;
+        for (const Vec3& corner : piece.corners)
+            farthest = std::max(farthest, distance_to(corner, face));
+        return farthest;
+    }
+
+    // By the faces nearest to the corners; where that will not do, by the one nearest to the
+    // middle: corners on an edge of the other mesh may all have found the faces beyond it.
     double bound_of(const Candidate& c) const
     {
         double bound = loose_bound(c.piece);
-        for (std::size_t i = 0; i < 3; ++i) {
-            if (c.faces[i] < 0) continue;
-            double farthest = 0.0;
-            for (const Vec3& corner : c.piece.corners)
-                farthest = std::max(farthest, distance_to(corner, c.faces[i]));
-            bound = std::min(bound, farthest);
-        }
-        return bound;
+        for (std::size_t i = 0; i < 3 && bound > enough(); ++i)
+            bound = std::min(bound, bound_by_face(c.piece, c.faces[i]));
+        if (bound <= enough()) return bound;
+        const Corners& t = c.piece.corners;
+        const Vec3 middle = (1.0 / 3.0) * t[0] + (1.0 / 3.0) * t[1] + (1.0 / 3.0) * t[2];
+        return std::min(bound, bound_by_face(c.piece, to_.nearest(middle).face));
     }
 
     // Splitting ends where the bound is good enough, or rounding would be all that is left.
