@@ -1,0 +1,563 @@
+#include "genus/model/certificate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "genus/base/parallel.h"
+#include "genus/base/progress.h"
+#include "genus/mesh/aabb_tree.h"
+
+namespace genus {
+
+namespace {
+
+constexpr std::size_t kGroupFaces = 24;
+constexpr int kMaxRounds = 24;
+constexpr double kGrowth = 1.25;
+constexpr std::int64_t kMaxListed = 256;
+constexpr std::int64_t kMaxBoxes = 4'000'000;
+
+// Faces near each other with the formula cut down to the surfaces that decide near them.
+struct Group {
+    std::vector<std::int32_t> faces;
+    SignFormula formula;
+};
+
+template <class Simplex>
+void find_signs(const SignFormula& formula, const std::vector<SurfaceForm>& forms,
+                const Simplex& simplex, std::vector<Sign>& signs)
+{
+    for (const std::int32_t s : formula.surfaces()) {
+        const Interval range = forms[s].range(simplex);
+        signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+    }
+}
+
+// The way from mesh to surface: the meshes M+ and M-.
+class Shell {
+public:
+    Shell(const SurfaceMesh& mesh, const SignFormula& formula,
+          const std::vector<SurfaceForm>& forms, double tolerance)
+        : m_(mesh), forms_(forms), tolerance_(tolerance)
+    {
+        make_groups(formula);
+        note_labels();
+        first_offsets();
+    }
+
+    // Widens the shell where signs are not shown yet, until they are or the tolerance is passed.
+    void grow()
+    {
+        const std::size_t n = m_.mesh.n_faces();
+        std::vector<char> pending(n, 1);
+        for (int round = 0; round < kMaxRounds; ++round) {
+            current_progress().check();
+            check_faces(pending);
+            bool any = false;
+            std::vector<char> touched(m_.mesh.n_vertices(), 0);
+            for (std::size_t f = 0; f < n; ++f) {
+                pending[f] = 0;
+                for (const int side : {0, 1})
+                    if (open_[f] & (1 << side))
+                        for (const std::int32_t v : m_.mesh.faces[f])
+                            touched[v] = static_cast<char>(touched[v] | 1 << side);
+            }
+            std::vector<char> changed(m_.mesh.n_vertices(), 0);
+            for (std::size_t v = 0; v < touched.size(); ++v)
+                if (touched[v] != 0 && widen(static_cast<std::int32_t>(v), touched[v])) {
+                    changed[v] = 1;
+                    any = true;
+                }
+            if (!any) return;
+            for (std::size_t f = 0; f < n; ++f)
+                for (const std::int32_t v : m_.mesh.faces[f]) pending[f] |= changed[v];
+        }
+    }
+
+    IndexedMesh moved(int side) const
+    {
+        IndexedMesh result = m_.mesh;
+        for (std::size_t v = 0; v < result.n_vertices(); ++v)
+            result.vertices[v] = corner(static_cast<std::int32_t>(v), side);
+        return result;
+    }
+
+    void report(Certificate& c) const
+    {
+        for (std::size_t v = 0; v < offset_.size(); ++v) {
+            const double length = norm(direction_[v]);
+            const double reach = std::max(offset_[v][0], offset_[v][1]) * length;
+            c.bound = std::max(c.bound, reach);
+            double& part = n_labels_[v] > 1 ? c.creases : c.faces;
+            part = std::max(part, reach);
+            c.rounding = std::max(c.rounding, rounding_[v] * length);
+        }
+        for (std::size_t f = 0; f < open_.size(); ++f) {
+            if (open_[f] == 0) continue;
+            ++c.n_failed;
+            if (static_cast<std::int64_t>(c.failed.size()) >= kMaxListed) continue;
+            Box3 box;
+            for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
+            c.failed.push_back(box);
+        }
+    }
+
+private:
+    Box3 face_box(std::int32_t f) const
+    {
+        Box3 box;
+        for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
+        return box;
+    }
+
+    void make_groups(const SignFormula& formula)
+    {
+        struct Task {
+            std::vector<std::int32_t> faces;
+            SignFormula formula;
+            std::vector<Group> groups;
+        };
+        std::vector<Task> tasks;
+        std::vector<std::int32_t> all(m_.mesh.n_faces());
+        for (std::size_t f = 0; f < all.size(); ++f) all[f] = static_cast<std::int32_t>(f);
+        divide(std::move(all), formula, 4096, [&](std::vector<std::int32_t>&& faces,
+                                                  const SignFormula& f) {
+            tasks.push_back({std::move(faces), f, {}});
+        });
+        parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                divide(std::move(tasks[i].faces), tasks[i].formula, kGroupFaces,
+                       [&](std::vector<std::int32_t>&& faces, const SignFormula& f) {
+                           tasks[i].groups.push_back({std::move(faces), f});
+                       });
+        });
+        for (Task& task : tasks)
+            groups_.insert(groups_.end(), std::make_move_iterator(task.groups.begin()),
+                           std::make_move_iterator(task.groups.end()));
+        group_of_vertex_.assign(m_.mesh.n_vertices(), -1);
+        for (std::size_t g = 0; g < groups_.size(); ++g)
+            for (const std::int32_t f : groups_[g].faces)
+                for (const std::int32_t v : m_.mesh.faces[f])
+                    if (group_of_vertex_[v] < 0) group_of_vertex_[v] = static_cast<std::int32_t>(g);
+    }
+
+    template <class Done>
+    void divide(std::vector<std::int32_t>&& faces, const SignFormula& formula, std::size_t enough,
+                const Done& done) const
+    {
+        if (faces.empty()) return;
+        Box3 box, centres;
+        for (const std::int32_t f : faces) {
+            const Box3 b = face_box(f);
+            box.add(b);
+            centres.add(b.center());
+        }
+        // Offsets do not exceed the tolerance by more than one step of growth.
+        std::vector<Sign> signs(forms_.size(), Sign{0});
+        find_signs(formula, forms_, box.inflated(2.0 * tolerance_), signs);
+        const SignFormula here = formula.simplified(signs);
+        const Vec3 size = centres.size();
+        if (faces.size() <= enough || !(std::max({size[0], size[1], size[2]}) > 0.0)) {
+            done(std::move(faces), here);
+            return;
+        }
+        const std::size_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0
+                                 : size[1] >= size[2]                     ? 1
+                                                                          : 2;
+        const auto middle = faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2);
+        const auto key = [&](std::int32_t f) {
+            const Box3 b = face_box(f);
+            return b.min[axis] + b.max[axis];
+        };
+        std::nth_element(faces.begin(), middle, faces.end(), [&](std::int32_t a, std::int32_t b) {
+            const double ka = key(a), kb = key(b);
+            return ka < kb || (ka == kb && a < b);
+        });
+        std::vector<std::int32_t> second(middle, faces.end());
+        faces.erase(middle, faces.end());
+        // nth_element leaves an order that depends on the library; the set does not.
+        std::sort(faces.begin(), faces.end());
+        std::sort(second.begin(), second.end());
+        divide(std::move(faces), here, enough, done);
+        divide(std::move(second), here, enough, done);
+    }
+
+    // The signed surfaces of the faces round each vertex.
+    void note_labels()
+    {
+        labels_.assign(m_.mesh.n_vertices(), {});
+        n_labels_.assign(m_.mesh.n_vertices(), 0);
+        for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f)
+            for (const std::int32_t v : m_.mesh.faces[f]) {
+                auto& list = labels_[v];
+                std::uint8_t& n = n_labels_[v];
+                const std::int32_t label = m_.surface_of_face[f];
+                if (n < list.size() && std::find(list.begin(), list.begin() + n, label) ==
+                                           list.begin() + n)
+                    list[n++] = label;
+            }
+    }
+
+    Vec3 outward(std::int32_t label, const Vec3& p) const
+    {
+        const Vec3 g = forms_[label >> 1].gradient(p);
+        return (label & 1) != 0 ? -g : g;
+    }
+
+    void first_offsets()
+    {
+        const std::size_t n = m_.mesh.n_vertices();
+        direction_.resize(n);
+        offset_.assign(n, {0.0, 0.0});
+        rounding_.assign(n, 0.0);
+        parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
+            std::vector<Sign> signs(forms_.size(), Sign{0});
+            for (std::size_t v = begin; v < end; ++v) {
+                direction_[v] = choose_direction(static_cast<std::int32_t>(v), 0.0, signs);
+                const Vec3& p = m_.mesh.vertices[v];
+                for (std::size_t i = 0; i < n_labels_[v]; ++i) {
+                    const double g = norm(outward(labels_[v][i], p));
+                    if (g > 0.0)
+                        rounding_[v] =
+                            std::max(rounding_[v], 4.0 * forms_[labels_[v][i] >> 1].slack() / g);
+                }
+            }
+        });
+        for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f) {
+            const std::array<double, 2> e = own_distance(static_cast<std::int32_t>(f));
+            for (const std::int32_t v : m_.mesh.faces[f])
+                for (const std::size_t side : {0u, 1u})
+                    offset_[v][side] = std::max(offset_[v][side], 1.02 * e[side] + rounding_[v]);
+        }
+        open_.assign(m_.mesh.n_faces(), 3);
+    }
+
+    // How far the face's own surface may lie outside and inside of the face, about.
+    std::array<double, 2> own_distance(std::int32_t f) const
+    {
+        const std::int32_t label = m_.surface_of_face[f];
+        const std::array<Vec3, 3> p = face_corners(f);
+        const Interval r = forms_[label >> 1].range(p);
+        double g = std::numeric_limits<double>::infinity();
+        for (const Vec3& x : p) g = std::min(g, norm(outward(label, x)));
+        if (!(g > 0.0)) return {tolerance_, tolerance_};
+        const double below = std::min(std::max(0.0, -r.lo) / g, tolerance_);
+        const double above = std::min(std::max(0.0, r.hi) / g, tolerance_);
+        return (label & 1) != 0 ? std::array{above, below} : std::array{below, above};
+    }
+
+    std::array<Vec3, 3> face_corners(std::int32_t f) const
+    {
+        const Triangle& t = m_.mesh.faces[f];
+        return {m_.mesh.vertices[t[0]], m_.mesh.vertices[t[1]], m_.mesh.vertices[t[2]]};
+    }
+
+    // The shortest way in which all surfaces that meet at the vertex grow at their full rate.
+    // Surfaces that pass within `reach` without meeting count less the farther they are, so that
+    // directions of neighbouring vertices are alike.
+    Vec3 choose_direction(std::int32_t v, double reach, std::vector<Sign>& signs) const
+    {
+        const Vec3& p = m_.mesh.vertices[v];
+        std::vector<Vec3> normals;
+        std::vector<double> demands;
+        for (std::size_t i = 0; i < n_labels_[v]; ++i) {
+            normals.push_back(normalized(outward(labels_[v][i], p)));
+            demands.push_back(1.0);
+        }
+        const std::size_t n_own = normals.size();
+        if (reach > 0.0) {
+            const SignFormula& near = groups_[group_of_vertex_[v]].formula;
+            Box3 box;
+            box.add(p);
+            find_signs(near, forms_, box.inflated(reach), signs);
+            const SignFormula here = near.simplified(signs);
+            for (std::size_t i = 0; i < here.surfaces().size(); ++i) {
+                const std::int32_t s = here.surfaces()[i];
+                const Vec3 g = forms_[s].gradient(p);
+                const double size = norm(g);
+                if (!(size > 0.0)) continue;
+                const double far = std::fabs(forms_[s].value(p)) / size / reach;
+                const double demand = std::min(1.0, 3.0 - 4.0 * far);
+                if (demand <= -1.0) continue;
+                for (const bool turned : {false, true}) {
+                    if (!(turned ? here.uses()[i].negated : here.uses()[i].plain)) continue;
+                    normals.push_back((turned ? -1.0 : 1.0) / size * g);
+                    demands.push_back(demand);
+                }
+            }
+        }
+        if (n_own == 1 && normals.size() == 1) return normals[0];
+        auto d = shortest_direction(normals, demands);
+        if (!d && normals.size() > n_own)
+            d = shortest_direction(std::span(normals).first(n_own), std::span(demands).first(n_own));
+        if (d) return *d;
+        Vec3 mean;
+        for (std::size_t i = 0; i < n_own; ++i) mean += normals[i];
+        return normalized(mean);
+    }
+
+    Vec3 corner(std::int32_t v, int side) const
+    {
+        const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
+        return m_.mesh.vertices[v] + step * direction_[v];
+    }
+
+    void check_faces(const std::vector<char>& pending)
+    {
+        parallel_for(groups_.size(), 8, [&](std::size_t begin, std::size_t end) {
+            std::vector<Sign> signs(forms_.size(), Sign{0});
+            for (std::size_t g = begin; g < end; ++g)
+                for (const std::int32_t f : groups_[g].faces) {
+                    if (pending[f] == 0) continue;
+                    open_[f] = 0;
+                    for (const int side : {0, 1}) {
+                        const Triangle& t = m_.mesh.faces[f];
+                        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side),
+                                                    corner(t[2], side)};
+                        find_signs(groups_[g].formula, forms_, p, signs);
+                        if (groups_[g].formula.sign_by_cases(signs) != (side == 0 ? 1 : -1))
+                            open_[f] = static_cast<char>(open_[f] | 1 << side);
+                    }
+                }
+        });
+    }
+
+    bool widen(std::int32_t v, int sides)
+    {
+        bool changed = false;
+        for (const std::size_t side : {0u, 1u}) {
+            if ((sides >> side & 1) == 0) continue;
+            double& a = offset_[v][side];
+            if (a * norm(direction_[v]) >= tolerance_) continue;
+            a = kGrowth * a + rounding_[v];
+            changed = true;
+        }
+        if (!changed) return false;
+        std::vector<Sign> signs(forms_.size(), Sign{0});
+        direction_[v] =
+            choose_direction(v, 4.0 * std::max(offset_[v][0], offset_[v][1]), signs);
+        const double length = norm(direction_[v]);
+        for (double& a : offset_[v]) a = std::min(a, tolerance_ / length);
+        return true;
+    }
+
+    const SurfaceMesh& m_;
+    const std::vector<SurfaceForm>& forms_;
+    double tolerance_;
+    std::vector<Group> groups_;
+    std::vector<std::int32_t> group_of_vertex_;
+    std::vector<std::array<std::int32_t, 6>> labels_;
+    std::vector<std::uint8_t> n_labels_;
+    std::vector<Vec3> direction_;
+    std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
+    std::vector<double> rounding_;
+    std::vector<char> open_;  // bit 0: M+ not shown outside, bit 1: M- not shown inside
+};
+
+// The way from surface to mesh.
+class Search {
+public:
+    Search(const IndexedMesh& mesh, const IndexedMesh& outer, const IndexedMesh& inner,
+           const std::vector<SurfaceForm>& forms, double tolerance)
+        : mesh_(mesh), outer_(outer), inner_(inner), forms_(forms), tolerance_(tolerance)
+    {
+    }
+
+    void run(const Box3& cube, const SignFormula& formula, Certificate& c)
+    {
+        std::vector<Item> level{{cube, formula}};
+        while (!level.empty() && c.n_failed <= kMaxListed && c.n_boxes <= kMaxBoxes) {
+            c.n_boxes += static_cast<std::int64_t>(level.size());
+            std::vector<Outcome> outcomes(level.size());
+            parallel_for(level.size(), 16, [&](std::size_t begin, std::size_t end) {
+                std::vector<Sign> signs(forms_.size(), Sign{0});
+                for (std::size_t i = begin; i < end; ++i) outcomes[i] = look(level[i], signs);
+            });
+            std::vector<Item> next;
+            for (std::size_t i = 0; i < level.size(); ++i) {
+                nearness_ = std::max(nearness_, outcomes[i].nearness);
+                if (outcomes[i].kind == Outcome::Open) divide(level[i], next);
+                if (outcomes[i].kind != Outcome::Failed) continue;
+                ++c.n_failed;
+                c.failed.push_back(level[i].box);
+            }
+            level.swap(next);
+        }
+        if (!level.empty()) {
+            c.n_failed += static_cast<std::int64_t>(level.size());
+            for (std::size_t i = 0; i < level.size() && i < 64; ++i)
+                c.failed.push_back(level[i].box);
+        }
+        c.bound = std::max(c.bound, nearness_);
+    }
+
+private:
+    struct Item {
+        Box3 box;
+        SignFormula formula;  // good for `wide(box)`
+    };
+    // The box with the surroundings in which ways are sought.
+    static Box3 wide(const Box3& box) { return box.inflated(2.0 * (box.max[0] - box.min[0])); }
+
+    struct Outcome {
+        enum Kind { Done, Open, Failed } kind = Done;
+        double nearness = 0.0;
+    };
+
+    static void divide(const Item& item, std::vector<Item>& next)
+    {
+        const Vec3 c = item.box.center();
+        for (int k = 0; k < 8; ++k) {
+            Box3 part = item.box;
+            for (std::size_t a = 0; a < 3; ++a)
+                ((k >> a & 1) != 0 ? part.min[a] : part.max[a]) = c[a];
+            next.push_back({part, item.formula});
+        }
+    }
+
+    Outcome look(Item& item, std::vector<Sign>& signs) const
+    {
+        find_signs(item.formula, forms_, wide(item.box), signs);
+        item.formula = item.formula.simplified(signs);
+        find_signs(item.formula, forms_, item.box, signs);
+        const SignFormula here = item.formula.simplified(signs);
+        if (here.constant() != 0) return {};
+        const double radius = 0.5 * item.box.diagonal();
+        const Vec3 c = item.box.center();
+        if (radius <= 0.5 * tolerance_) {
+            const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
+            if (d <= tolerance_) return {Outcome::Done, d};
+            if (radius <= 0.125 * tolerance_) return {Outcome::Failed};
+        }
+        const Ways ways = find_ways(item, here, signs);
+        if (!ways.found) return {Outcome::Open};
+        // If the ends have the wrong sign, no point of the box is on the surface.
+        if (ways.none || (outer_.winding_number(ways.inside) == 1 &&
+                          inner_.winding_number(ways.outside) == 0))
+            return {};
+        return {far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
+    }
+
+    bool far_from_mesh(const Vec3& c, double radius) const
+    {
+        const double far = radius + tolerance_;
+        return mesh_.nearest(c, far).face < 0;
+    }
+
+    struct Ways {
+        bool found = false, none = false;
+        Vec3 inside, outside;
+    };
+
+    struct Directed {
+        std::int32_t surface;
+        double sign;
+    };
+    static bool directed(const SignFormula& f, std::vector<Directed>& out)
+    {
+        out.clear();
+        for (std::size_t i = 0; i < f.surfaces().size(); ++i) {
+            const SignFormula::Use use = f.uses()[i];
+            if (use.plain == use.negated) return false;
+            out.push_back({f.surfaces()[i], use.plain ? 1.0 : -1.0});
+        }
+        return true;
+    }
+
+    // Points c - Hd and c + Hd that all points of the box reach on ways along which every surface
+    // that decides there falls, or grows.
+    Ways find_ways(const Item& item, const SignFormula& here, std::vector<Sign>& signs) const
+    {
+        std::vector<Directed> near;
+        if (here.surfaces().size() > 12 || !directed(here, near)) return {};
+        const Vec3 c = item.box.center(), half = 0.5 * item.box.size();
+        const Box3 steps{-half, half};
+        for (int attempt = 0; attempt < 3; ++attempt) {
+            std::vector<Vec3> normals;
+            for (const Directed& s : near)
+                normals.push_back(s.sign * normalized(forms_[s.surface].gradient(c)));
+            const std::vector<double> ones(normals.size(), 1.0);
+            const auto shortest = shortest_direction(normals, ones);
+            if (!shortest || norm(*shortest) > 2.0) return {};
+            const Vec3 d = normalized(*shortest);
+            double height = 0.0;
+            for (const Vec3& n : normals) {
+                const double across = std::fabs(n[0]) * half[0] + std::fabs(n[1]) * half[1] +
+                                      std::fabs(n[2]) * half[2];
+                height = std::max(height, across / dot(n, d));
+            }
+            height *= 1.3;
+            const Vec3 up = height * d;
+            Box3 hull = item.box;
+            hull.add(c + up);
+            hull.add(c - up);
+            if (!wide(item.box).contains(hull)) return {};
+            find_signs(item.formula, forms_, hull, signs);
+            const SignFormula around = item.formula.simplified(signs);
+            std::vector<Directed> all;
+            if (around.surfaces().size() > 12 || !directed(around, all)) return {};
+            if (all.size() == near.size()) {
+                if (!grows(all, hull, up, steps)) return {};
+                return ends(around, c - up, c + up, signs);
+            }
+            near.swap(all);
+        }
+        return {};
+    }
+
+    // Every surface grows along up - x for all x of `steps`, everywhere in the hull.
+    bool grows(const std::vector<Directed>& surfaces, const Box3& hull, const Vec3& up,
+               const Box3& steps) const
+    {
+        const Box3 moves{steps.min + up, steps.max + up};
+        const IntervalVec3 m = to_intervals(moves);
+        for (const Directed& s : surfaces) {
+            const IntervalVec3 g = forms_[s.surface].gradient_range(hull);
+            const Interval slope = (g[0] * m[0] + g[1] * m[1] + g[2] * m[2]) * s.sign;
+            if (!(slope.lo > 0.0)) return false;
+        }
+        return true;
+    }
+
+    Ways ends(const SignFormula& f, const Vec3& inside, const Vec3& outside,
+              std::vector<Sign>& signs) const
+    {
+        Ways ways{true, false, inside, outside};
+        const auto sign_at = [&](const Vec3& p) {
+            for (const std::int32_t s : f.surfaces()) {
+                const double value = forms_[s].value(p);
+                signs[s] = value > forms_[s].slack()    ? Sign{1}
+                           : value < -forms_[s].slack() ? Sign{-1}
+                                                        : Sign{0};
+            }
+            return f.sign_by_cases(signs);
+        };
+        ways.none = sign_at(inside) > 0 || sign_at(outside) < 0;
+        return ways;
+    }
+
+    MeshTree mesh_, outer_, inner_;
+    const std::vector<SurfaceForm>& forms_;
+    double tolerance_;
+    double nearness_ = 0.0;
+};
+
+}  // namespace
+
+Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
+                    const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance)
+{
+    Certificate c;
+    Shell shell(mesh, formula, forms, tolerance);
+    shell.grow();
+    shell.report(c);
+    if (c.n_failed > 0) return c;
+    const IndexedMesh outer = shell.moved(0), inner = shell.moved(1);
+    Search search(mesh.mesh, outer, inner, forms, tolerance);
+    search.run(cube, formula, c);
+    return c;
+}
+
+}  // namespace genus

@@ -1,0 +1,229 @@
+#include "genus/model/sign_formula.h"
+
+#include <algorithm>
+
+namespace genus {
+
+namespace {
+
+// What a node has become: a constant, or a term of the new formula.
+struct Value {
+    Sign constant;
+    std::int32_t term;
+};
+
+bool names_surface(std::int32_t term)
+{
+    return term >= 0;
+}
+std::int32_t number(std::int32_t term)
+{
+    return (term >= 0 ? term : ~term) >> 1;
+}
+bool negated(std::int32_t term)
+{
+    return ((term >= 0 ? term : ~term) & 1) != 0;
+}
+std::int32_t negate(std::int32_t term)
+{
+    return term >= 0 ? term ^ 1 : ~(~term ^ 1);
+}
+
+}  // namespace
+
+SignFormula::SignFormula(const CsgField& field)
+{
+    for (const CsgField::Instruction& instruction : field.instructions()) {
+        const auto first = static_cast<std::int32_t>(terms_.size());
+        for (const CsgField::Term& t : instruction.terms) {
+            const std::int32_t code = 2 * t.index + (t.negated ? 1 : 0);
+            terms_.push_back(t.is_surface ? code : ~code);
+        }
+        nodes_.push_back({instruction.is_max, first,
+                          static_cast<std::int32_t>(instruction.terms.size())});
+    }
+    if (nodes_.empty()) constant_ = 1;
+    // Constants hidden in empty instructions are folded by the same pass as known signs.
+    *this = folded(std::vector<Sign>(field.surfaces().size(), Sign{0}));
+}
+
+SignFormula SignFormula::simplified(std::span<const Sign> signs) const
+{
+    SignFormula result = folded(signs);
+    constexpr std::size_t kFewSurfaces = 8;
+    const bool twice = std::any_of(result.uses_.begin(), result.uses_.end(),
+                                   [](const Use& u) { return u.twice; });
+    return twice && result.surfaces_.size() <= kFewSurfaces ? result.with_true_uses() : result;
+}
+
+// The sign for each combination of signs; bit j of the place says "outside surface j".
+std::vector<Sign> SignFormula::table() const
+{
+    const std::size_t n = surfaces_.size();
+    std::vector<Sign> signs(static_cast<std::size_t>(surfaces_.back()) + 1, Sign{0});
+    std::vector<Sign> result(std::size_t{1} << n);
+    for (std::size_t bits = 0; bits < result.size(); ++bits) {
+        for (std::size_t j = 0; j < n; ++j)
+            signs[surfaces_[j]] = (bits >> j & 1) != 0 ? Sign{1} : Sign{-1};
+        result[bits] = sign(signs);
+    }
+    return result;
+}
+
+// What is written both ways may still act one way, or not at all.
+SignFormula SignFormula::with_true_uses() const
+{
+    const std::vector<Sign> result = table();
+    std::vector<Sign> idle(static_cast<std::size_t>(surfaces_.back()) + 1, Sign{0});
+    SignFormula refined = *this;
+    bool any_idle = false;
+    for (std::size_t j = 0; j < surfaces_.size(); ++j) {
+        Use& use = refined.uses_[j];
+        use.plain = use.negated = false;
+        const std::size_t bit = std::size_t{1} << j;
+        for (std::size_t bits = 0; bits < result.size(); ++bits) {
+            if ((bits & bit) != 0) continue;
+            use.plain = use.plain || result[bits] < result[bits | bit];
+            use.negated = use.negated || result[bits] > result[bits | bit];
+        }
+        if (use.plain || use.negated) continue;
+        idle[surfaces_[j]] = 1;
+        any_idle = true;
+    }
+    return any_idle ? folded(idle).simplified(idle) : refined;
+}
+
+Sign SignFormula::sign_by_cases(std::vector<Sign>& signs) const
+{
+    const Sign known = sign(signs);
+    if (known != 0) return known;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        Sign& s = signs[surfaces_[i]];
+        if (s != 0 || !uses_[i].twice) continue;
+        s = -1;
+        const Sign inside = sign_by_cases(signs);
+        s = 1;
+        const Sign both = inside != 0 && sign_by_cases(signs) == inside ? inside : Sign{0};
+        s = 0;
+        return both;
+    }
+    return 0;
+}
+
+SignFormula SignFormula::folded(std::span<const Sign> signs) const
+{
+    SignFormula result;
+    if (constant_ != 0) {
+        result.constant_ = constant_;
+        return result;
+    }
+    std::vector<Value> values(nodes_.size());
+    std::vector<std::int32_t> kept;
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const Node& node = nodes_[n];
+        const Sign decides = node.is_max ? 1 : -1;
+        kept.clear();
+        bool decided = false;
+        for (std::int32_t i = node.first; i < node.first + node.count && !decided; ++i) {
+            const std::int32_t term = terms_[i];
+            Value v = names_surface(term) ? Value{signs[number(term)], term & ~1}
+                                          : values[number(term)];
+            if (negated(term)) v = {static_cast<Sign>(-v.constant), negate(v.term)};
+            if (v.constant == 0)
+                kept.push_back(v.term);
+            else
+                decided = v.constant == decides;
+        }
+        if (decided || kept.empty()) {
+            values[n] = {decided ? decides : static_cast<Sign>(-decides), 0};
+        } else if (kept.size() == 1) {
+            values[n] = {0, kept[0]};
+        } else {
+            const auto first = static_cast<std::int32_t>(result.terms_.size());
+            const auto self = static_cast<std::int32_t>(result.nodes_.size());
+            result.terms_.insert(result.terms_.end(), kept.begin(), kept.end());
+            result.nodes_.push_back({node.is_max, first, static_cast<std::int32_t>(kept.size())});
+            values[n] = {0, ~(2 * self)};
+        }
+    }
+    const Value& root = values.back();
+    if (root.constant != 0) {
+        result.nodes_.clear();
+        result.terms_.clear();
+        result.constant_ = root.constant;
+        return result;
+    }
+    // The result is the last node, so a bare or negated reference gets a node of its own.
+    const auto last = static_cast<std::int32_t>(result.nodes_.size()) - 1;
+    if (names_surface(root.term) || negated(root.term) || number(root.term) != last) {
+        result.nodes_.push_back({true, static_cast<std::int32_t>(result.terms_.size()), 1});
+        result.terms_.push_back(root.term);
+    }
+    result.note_surfaces();
+    return result;
+}
+
+void SignFormula::note_surfaces()
+{
+    // Only what the result reaches counts: nodes may have lost their last use.
+    struct Reach {
+        bool plain = false, negated = false;
+    };
+    std::vector<Reach> reach(nodes_.size());
+    reach.back().plain = true;
+    std::vector<std::pair<std::int32_t, bool>> found;
+    for (std::size_t n = nodes_.size(); n-- > 0;) {
+        const Reach r = reach[n];
+        if (!r.plain && !r.negated) continue;
+        for (std::int32_t i = nodes_[n].first; i < nodes_[n].first + nodes_[n].count; ++i) {
+            const std::int32_t term = terms_[i];
+            const bool flip = negated(term);
+            const Reach below{flip ? r.negated : r.plain, flip ? r.plain : r.negated};
+            if (names_surface(term)) {
+                if (below.plain) found.push_back({number(term), false});
+                if (below.negated) found.push_back({number(term), true});
+            } else {
+                reach[number(term)].plain |= below.plain;
+                reach[number(term)].negated |= below.negated;
+            }
+        }
+    }
+    std::sort(found.begin(), found.end());
+    for (const auto& [surface, is_negated] : found) {
+        if (surfaces_.empty() || surfaces_.back() != surface) {
+            surfaces_.push_back(surface);
+            uses_.emplace_back();
+        }
+        Use& use = uses_.back();
+        (is_negated ? use.negated : use.plain) = true;
+        use.twice = use.plain && use.negated;
+    }
+}
+
+Sign SignFormula::sign(std::span<const Sign> signs) const
+{
+    if (constant_ != 0) return constant_;
+    constexpr std::size_t kSmall = 64;
+    Sign small[kSmall];
+    std::vector<Sign> large(nodes_.size() > kSmall ? nodes_.size() : 0);
+    Sign* value = nodes_.size() > kSmall ? large.data() : small;
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const Node& node = nodes_[n];
+        const Sign decides = node.is_max ? 1 : -1;
+        Sign result = static_cast<Sign>(-decides);
+        for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+            const std::int32_t term = terms_[i];
+            Sign s = names_surface(term) ? signs[number(term)] : value[number(term)];
+            if (negated(term)) s = static_cast<Sign>(-s);
+            if (s == decides) {
+                result = decides;
+                break;
+            }
+            if (s == 0) result = 0;
+        }
+        value[n] = result;
+    }
+    return value[nodes_.size() - 1];
+}
+
+}  // namespace genus

@@ -1,0 +1,387 @@
+#include "genus/model/surface_form.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace genus {
+
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+double evaluate(const std::array<double, 10>& c, const Vec3& p)
+{
+    const double x = p[0], y = p[1], z = p[2];
+    return c[0] + x * (c[1] + c[4] * x + c[7] * y + c[8] * z) + y * (c[2] + c[5] * y + c[9] * z) +
+           z * (c[3] + c[6] * z);
+}
+
+Vec3 slope(const std::array<double, 10>& c, const Vec3& p)
+{
+    const double x = p[0], y = p[1], z = p[2];
+    return {{c[1] + 2.0 * c[4] * x + c[7] * y + c[8] * z, c[2] + c[7] * x + 2.0 * c[5] * y + c[9] * z,
+             c[3] + c[8] * x + c[9] * y + 2.0 * c[6] * z}};
+}
+
+// Sum of the absolute values of all terms for points whose coordinates do not exceed `m`.
+double magnitude(const std::array<double, 10>& c, const Vec3& m)
+{
+    std::array<double, 10> a;
+    for (std::size_t i = 0; i < 10; ++i) a[i] = std::fabs(c[i]);
+    return evaluate(a, m);
+}
+
+Interval range_of(const std::array<double, 10>& c, const IntervalVec3& b)
+{
+    return Interval(c[0]) + b[0] * c[1] + b[1] * c[2] + b[2] * c[3] + square(b[0]) * c[4] +
+           square(b[1]) * c[5] + square(b[2]) * c[6] + b[0] * b[1] * c[7] + b[0] * b[2] * c[8] +
+           b[1] * b[2] * c[9];
+}
+
+IntervalVec3 slope_range(const std::array<double, 10>& c, const IntervalVec3& b)
+{
+    return {b[0] * (2.0 * c[4]) + b[1] * c[7] + b[2] * c[8] + Interval(c[1]),
+            b[0] * c[7] + b[1] * (2.0 * c[5]) + b[2] * c[9] + Interval(c[2]),
+            b[0] * c[8] + b[1] * c[9] + b[2] * (2.0 * c[6]) + Interval(c[3])};
+}
+
+// Quadratics over a simplex with N corners: coefficient (i, j), i <= j, at place pair[i][j].
+template <std::size_t N>
+struct Tables {
+    static constexpr std::size_t kPairs = N * (N + 1) / 2;
+    static constexpr std::size_t kQuartic = N == 3 ? 15 : 35;
+
+    std::array<std::array<std::size_t, N>, N> pair{};
+    // Product of two quadratics: coefficient (a, b) of the first and second goes to `slot` with
+    // `weight`.
+    std::array<std::array<std::size_t, kPairs>, kPairs> slot{};
+    std::array<std::array<double, kPairs>, kPairs> weight{};
+    std::array<std::array<int, N>, kQuartic> exponent{};
+
+    Tables()
+    {
+        std::array<std::array<int, N>, kPairs> of_pair{};
+        std::size_t n = 0;
+        for (std::size_t i = 0; i < N; ++i)
+            for (std::size_t j = i; j < N; ++j, ++n) {
+                pair[i][j] = pair[j][i] = n;
+                ++of_pair[n][i];
+                ++of_pair[n][j];
+            }
+        std::size_t n_quartic = 0;
+        for (std::size_t a = 0; a < kPairs; ++a)
+            for (std::size_t b = 0; b < kPairs; ++b) {
+                std::array<int, N> e{};
+                for (std::size_t i = 0; i < N; ++i) e[i] = of_pair[a][i] + of_pair[b][i];
+                std::size_t s = 0;
+                while (s < n_quartic && exponent[s] != e) ++s;
+                if (s == n_quartic) exponent[n_quartic++] = e;
+                slot[a][b] = s;
+                weight[a][b] =
+                    multinomial(2, of_pair[a]) * multinomial(2, of_pair[b]) / multinomial(4, e);
+            }
+    }
+
+private:
+    static double factorial(int n) { return n <= 1 ? 1.0 : n * factorial(n - 1); }
+    static double multinomial(int degree, const std::array<int, N>& e)
+    {
+        double m = factorial(degree);
+        for (const int k : e) m /= factorial(k);
+        return m;
+    }
+};
+
+template <std::size_t N>
+const Tables<N>& tables()
+{
+    static const Tables<N> instance;
+    return instance;
+}
+
+// Bernstein coefficients from the values at corners and edge midpoints.
+template <std::size_t N>
+std::array<double, Tables<N>::kPairs> coefficients(const std::array<double, 10>& c,
+                                                   const std::array<Vec3, N>& p)
+{
+    std::array<double, Tables<N>::kPairs> b;
+    std::array<double, N> corner;
+    for (std::size_t i = 0; i < N; ++i) corner[i] = evaluate(c, p[i]);
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < N; ++i) {
+        b[n++] = corner[i];
+        for (std::size_t j = i + 1; j < N; ++j)
+            b[n++] = 2.0 * evaluate(c, 0.5 * (p[i] + p[j])) - 0.5 * (corner[i] + corner[j]);
+    }
+    return b;
+}
+
+template <std::size_t N>
+std::array<double, Tables<N>::kQuartic> torus_coefficients(const std::array<double, 10>& s,
+                                                           const std::array<double, 10>& t,
+                                                           const std::array<Vec3, N>& p)
+{
+    const Tables<N>& table = tables<N>();
+    const auto bs = coefficients<N>(s, p), bt = coefficients<N>(t, p);
+    std::array<double, Tables<N>::kQuartic> b{};
+    for (std::size_t i = 0; i < bs.size(); ++i)
+        for (std::size_t j = 0; j < bs.size(); ++j)
+            b[table.slot[i][j]] += table.weight[i][j] * (bs[i] * bs[j] - bt[i]);
+    return b;
+}
+
+template <class Coefficients>
+Interval hull_of(const Coefficients& b, double scale, double slack)
+{
+    const auto [lo, hi] = std::minmax_element(b.begin(), b.end());
+    return {*lo * scale - slack, *hi * scale + slack};
+}
+
+}  // namespace
+
+SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
+    : kind_(surface.kind), origin_(box.center())
+{
+    if (kind_ == Surface::Kind::Torus) {
+        const Torus& torus = *surface.torus;
+        const auto& place = torus.placement().m;
+        const auto& local = torus.to_local().m;
+        origin_ = {{place[0][3], place[1][3], place[2][3]}};
+        // Squares of the local coordinates as quadratics.
+        for (int axis = 0; axis < 3; ++axis) {
+            const double a = local[axis][0], b = local[axis][1], c = local[axis][2];
+            const Quadratic sq{0, 0, 0, 0, a * a, b * b, c * c, 2 * a * b, 2 * a * c, 2 * b * c};
+            for (std::size_t i = 0; i < 10; ++i) {
+                s_[i] += sq[i];
+                if (axis < 2) t_[i] += 4.0 * torus.R() * torus.R() * sq[i];
+            }
+        }
+        s_[0] = (torus.R() - torus.r()) * (torus.R() + torus.r());
+        const double stretch = std::cbrt(std::fabs(determinant(torus.to_local())));
+        scale_ = 1.0 / (8.0 * torus.R() * torus.R() * torus.r() * stretch);
+    } else {
+        const Quadric moved = transformed(surface.quadric, translation(-origin_));
+        const auto p = moved.polynomial();
+        q_ = {p[9], p[6], p[7], p[8], p[0], p[1], p[2], p[3], p[4], p[5]};
+    }
+    Vec3 m;
+    for (std::size_t i = 0; i < 3; ++i)
+        m[i] = std::max(std::fabs(box.min[i] - origin_[i]), std::fabs(box.max[i] - origin_[i]));
+    const double ms = magnitude(s_, m);
+    const double all = kind_ == Surface::Kind::Torus ? scale_ * (ms * ms + magnitude(t_, m))
+                                                     : magnitude(q_, m);
+    // A point's coordinates are themselves rounded when the origin is taken off.
+    slack_ = 64.0 * kEps * all;
+}
+
+double SurfaceForm::value(const Vec3& p) const
+{
+    const Vec3 u = p - origin_;
+    if (kind_ != Surface::Kind::Torus) return evaluate(q_, u);
+    const double s = evaluate(s_, u);
+    return scale_ * (s * s - evaluate(t_, u));
+}
+
+Vec3 SurfaceForm::gradient(const Vec3& p) const
+{
+    const Vec3 u = p - origin_;
+    if (kind_ != Surface::Kind::Torus) return slope(q_, u);
+    return scale_ * (2.0 * evaluate(s_, u) * slope(s_, u) - slope(t_, u));
+}
+
+Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
+{
+    const std::array<Vec3, 3> p{triangle[0] - origin_, triangle[1] - origin_,
+                                triangle[2] - origin_};
+    if (is_plane()) {
+        const std::array<double, 3> b{evaluate(q_, p[0]), evaluate(q_, p[1]), evaluate(q_, p[2])};
+        return hull_of(b, 1.0, slack_);
+    }
+    if (kind_ == Surface::Kind::Quadric) return hull_of(coefficients<3>(q_, p), 1.0, slack_);
+    return hull_of(torus_coefficients<3>(s_, t_, p), scale_, slack_);
+}
+
+Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
+{
+    const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
+                                tet[3] - origin_};
+    if (is_plane()) {
+        const std::array<double, 4> b{evaluate(q_, p[0]), evaluate(q_, p[1]), evaluate(q_, p[2]),
+                                      evaluate(q_, p[3])};
+        return hull_of(b, 1.0, slack_);
+    }
+    if (kind_ == Surface::Kind::Quadric) return hull_of(coefficients<4>(q_, p), 1.0, slack_);
+    return hull_of(torus_coefficients<4>(s_, t_, p), scale_, slack_);
+}
+
+Interval SurfaceForm::range(const Box3& box) const
+{
+    const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
+    Interval result;
+    if (kind_ == Surface::Kind::Torus) {
+        result = (square(range_of(s_, b)) - range_of(t_, b)) * scale_;
+    } else {
+        // Centred form: exact for planes, sharp for small boxes.
+        const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
+        const Vec3 g = slope(q_, c);
+        const IntervalVec3 d{Interval(-half[0], half[0]), Interval(-half[1], half[1]),
+                             Interval(-half[2], half[2])};
+        Quadratic second = q_;
+        std::fill(second.begin(), second.begin() + 4, 0.0);
+        result = Interval(evaluate(q_, c)) + dot(d, g) + range_of(second, d);
+        if (!is_plane()) {
+            const Interval natural = range_of(q_, b);
+            result = {std::max(result.lo, natural.lo), std::min(result.hi, natural.hi)};
+        }
+    }
+    return {result.lo - slack_, result.hi + slack_};
+}
+
+IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
+{
+    const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
+    if (kind_ != Surface::Kind::Torus) return slope_range(q_, b);
+    const Interval s = range_of(s_, b);
+    const IntervalVec3 gs = slope_range(s_, b), gt = slope_range(t_, b);
+    IntervalVec3 g;
+    for (std::size_t i = 0; i < 3; ++i) g[i] = (s * gs[i] * 2.0 - gt[i]) * scale_;
+    return g;
+}
+
+double SurfaceForm::linear_error(const std::array<Vec3, 4>& tet) const
+{
+    if (is_plane()) return 0.0;
+    const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
+                                tet[3] - origin_};
+    double most = 0.0;
+    if (kind_ == Surface::Kind::Quadric) {
+        // F - L has the edge coefficients e_ij alone, and sum 2 l_i l_j over pairs is at most 3/4.
+        const auto b = coefficients<4>(q_, p);
+        const auto& pair = tables<4>().pair;
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t j = i + 1; j < 4; ++j)
+                most = std::max(most, std::fabs(b[pair[i][j]] -
+                                                0.5 * (b[pair[i][i]] + b[pair[j][j]])));
+        return 0.75 * most;
+    }
+    const auto b = torus_coefficients<4>(s_, t_, p);
+    const auto& table = tables<4>();
+    std::array<double, 4> corner{};
+    for (std::size_t s = 0; s < b.size(); ++s)
+        for (std::size_t i = 0; i < 4; ++i)
+            if (table.exponent[s][i] == 4) corner[i] = b[s];
+    for (std::size_t s = 0; s < b.size(); ++s) {
+        double linear = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) linear += 0.25 * table.exponent[s][i] * corner[i];
+        most = std::max(most, std::fabs(b[s] - linear));
+    }
+    return scale_ * most;
+}
+
+namespace {
+
+// Solves the k x k system a x = b by elimination with full row pivoting; false if it is singular
+// to rounding.
+bool solve_small(std::array<std::array<double, 3>, 3> a, std::array<double, 3>& b, std::size_t k)
+{
+    double largest = 0.0;
+    for (std::size_t i = 0; i < k; ++i) largest = std::max(largest, std::fabs(a[i][i]));
+    for (std::size_t col = 0; col < k; ++col) {
+        std::size_t pivot = col;
+        for (std::size_t r = col + 1; r < k; ++r)
+            if (std::fabs(a[r][col]) > std::fabs(a[pivot][col])) pivot = r;
+        if (!(std::fabs(a[pivot][col]) > 1e-13 * largest)) return false;
+        std::swap(a[pivot], a[col]);
+        std::swap(b[pivot], b[col]);
+        for (std::size_t r = col + 1; r < k; ++r) {
+            const double f = a[r][col] / a[col][col];
+            for (std::size_t c = col; c < k; ++c) a[r][c] -= f * a[col][c];
+            b[r] -= f * b[col];
+        }
+    }
+    for (std::size_t i = k; i-- > 0;) {
+        for (std::size_t c = i + 1; c < k; ++c) b[i] -= a[i][c] * b[c];
+        b[i] /= a[i][i];
+    }
+    return true;
+}
+
+}  // namespace
+
+std::optional<Vec3> shortest_direction(std::span<const Vec3> normals,
+                                       std::span<const double> demands)
+{
+    // By the optimality conditions d is a combination of at most three normals with factors >= 0,
+    // each of whose demands it just meets.
+    const std::size_t n = normals.size();
+    std::optional<Vec3> best;
+    double best_length = 1000.0;
+    const auto attempt = [&](const std::array<std::size_t, 3>& pick, std::size_t k) {
+        std::array<std::array<double, 3>, 3> gram{};
+        std::array<double, 3> factor{};
+        for (std::size_t i = 0; i < k; ++i) {
+            factor[i] = demands[pick[i]];
+            for (std::size_t j = 0; j < k; ++j)
+                gram[i][j] = dot(normals[pick[i]], normals[pick[j]]);
+        }
+        if (!solve_small(gram, factor, k)) return;
+        Vec3 d;
+        for (std::size_t i = 0; i < k; ++i) {
+            if (factor[i] < 0.0) return;
+            d += factor[i] * normals[pick[i]];
+        }
+        const double length = norm(d);
+        if (!(length < best_length)) return;
+        for (std::size_t i = 0; i < n; ++i)
+            if (dot(normals[i], d) < demands[i] - 1e-9 * (1.0 + length)) return;
+        best = d;
+        best_length = length;
+    };
+    attempt({}, 0);
+    for (std::size_t i = 0; i < n; ++i) {
+        attempt({i}, 1);
+        for (std::size_t j = i + 1; j < n; ++j) {
+            attempt({i, j}, 2);
+            for (std::size_t k = j + 1; k < n; ++k) attempt({i, j, k}, 3);
+        }
+    }
+    return best;
+}
+
+std::optional<Vec3> project(std::span<const SurfaceForm* const> surfaces, const Vec3& start,
+                            double reach)
+{
+    const std::size_t k = surfaces.size();
+    Vec3 p = start;
+    double before = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < 40; ++step) {
+        std::array<double, 3> f{};
+        std::array<Vec3, 3> g;
+        std::array<std::array<double, 3>, 3> gram{};
+        bool there = true;
+        for (std::size_t i = 0; i < k; ++i) {
+            f[i] = surfaces[i]->value(p);
+            g[i] = surfaces[i]->gradient(p);
+            there = there && std::fabs(f[i]) <= 0.0625 * surfaces[i]->slack();
+        }
+        if (there && step > 0) return p;
+        for (std::size_t i = 0; i < k; ++i)
+            for (std::size_t j = 0; j < k; ++j) gram[i][j] = dot(g[i], g[j]);
+        if (!solve_small(gram, f, k)) return std::nullopt;
+        Vec3 move;
+        for (std::size_t i = 0; i < k; ++i) move -= f[i] * g[i];
+        const double length = norm(move);
+        if (!std::isfinite(length)) return std::nullopt;
+        // At rounding level the steps no longer shrink.
+        if (length >= 0.5 * before && there) return p;
+        before = length;
+        p += move;
+        if (!(distance(p, start) <= reach)) return std::nullopt;
+    }
+    for (std::size_t i = 0; i < k; ++i)
+        if (std::fabs(surfaces[i]->value(p)) > surfaces[i]->slack()) return std::nullopt;
+    return p;
+}
+
+}  // namespace genus

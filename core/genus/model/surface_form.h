@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "genus/base/box.h"
+#include "genus/base/interval.h"
+#include "genus/base/vec.h"
+#include "genus/model/csg_field.h"
+
+namespace genus {
+
+/// A surface of a CsgField as polynomials, made for bounds over triangles and tetrahedra: a
+/// quadratic has six Bernstein coefficients over a triangle and ten over a tetrahedron, the quartic
+/// of a torus is a product of quadratics. The coefficients enclose the range, sharply for planes
+/// and for small simplices.
+///
+/// Bounds hold for points of the box given to the constructor: `slack` covers all rounding there.
+///
+/// Implements [farin2002], chapter 17 (Bernstein form over triangles; the convex hull property).
+class SurfaceForm {
+public:
+    SurfaceForm(const Surface& surface, const Box3& box);
+
+    bool is_plane() const { return kind_ == Surface::Kind::Plane; }
+    double value(const Vec3& p) const;
+    Vec3 gradient(const Vec3& p) const;
+    /// Holds F over the convex hull of three or four points.
+    Interval range(const std::array<Vec3, 3>& triangle) const;
+    Interval range(const std::array<Vec3, 4>& tet) const;
+    /// Holds F and its gradient over a box.
+    Interval range(const Box3& box) const;
+    IntervalVec3 gradient_range(const Box3& box) const;
+    /// Largest difference between F and its linear interpolant over the tetrahedron, as a bound.
+    double linear_error(const std::array<Vec3, 4>& tet) const;
+    /// Rounding error of `value`, at most, in the box.
+    double slack() const { return slack_; }
+
+private:
+    // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
+    using Quadratic = std::array<double, 10>;
+
+    Surface::Kind kind_;
+    Vec3 origin_;
+    Quadratic q_{};        // plane or quadric
+    Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
+    double scale_ = 1.0;
+    double slack_ = 0.0;
+};
+
+/// The shortest d with normal_i . d >= demand_i for all i, or nothing if there is none (or none
+/// shorter than 1000). Up to a few dozen constraints; enumerates the up to three that bind.
+std::optional<Vec3> shortest_direction(std::span<const Vec3> normals,
+                                       std::span<const double> demands);
+
+/// Newton steps of least norm towards F_i = 0 for up to three surfaces at once. Returns the point
+/// when all |F_i| are at rounding level, nothing if that is not reached within `reach` of `start`.
+std::optional<Vec3> project(std::span<const SurfaceForm* const> surfaces, const Vec3& start,
+                            double reach);
+
+}  // namespace genus
