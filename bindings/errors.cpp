@@ -56,7 +56,6 @@ void raise(const FileError& error)
 {
     const py::object e = instance(types.file_error, error);
     e.attr("path") = text(error.path());
-    e.attr("filename") = text(error.path());
     e.attr("line") = or_none(error.place().line);
     e.attr("byte") = or_none(error.place().byte);
     e.attr("problem") = text(error.problem());

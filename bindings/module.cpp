@@ -8,6 +8,7 @@ PYBIND11_MODULE(_core, m)
     m.doc() = "The compiled core of genus.";
     m.attr("__version__") = GENUS_VERSION;
     python::bind_errors(m);
+    python::bind_base(m);
     python::bind_reports(m);
     auto mesh = python::bind_mesh(m);
     python::bind_model(m);
