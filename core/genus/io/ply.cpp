@@ -175,9 +175,9 @@ public:
     RawMesh read()
     {
         const auto* start = source_.place();
+        check_counts(start);
         if (n_vertices_ > static_cast<std::uint64_t>(kMaxIndex))
             source_.fail(start, "more than 2^31 - 1 vertices");
-        check_counts(start);
         for (const PlyElement& element : header_.elements) {
             if (element.properties.empty()) continue;  // however many, they take no room
             if (element.name == "vertex")
