@@ -1,0 +1,657 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "genus/base/transform.h"
+#include "genus/language/colors.h"
+#include "genus/language/evaluate.h"
+#include "genus/language/facets.h"
+#include "genus/language/stack.h"
+
+namespace genus::language {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Arguments = ModuleArguments;
+
+bool is_true(const Value& v)
+{
+    return v.is_bool() && v.as_bool();
+}
+
+std::optional<double> number(const Value& v)
+{
+    return v.is_number() ? std::optional(v.as_number()) : std::nullopt;
+}
+
+// Up to three numbers of a vector; nothing if one of them is none.
+std::optional<std::vector<double>> numbers(const Value& v, std::size_t least, std::size_t most)
+{
+    if (!v.is_list()) return std::nullopt;
+    const auto items = v.items();
+    if (items.size() < least || items.size() > most) return std::nullopt;
+    std::vector<double> out;
+    for (const Value& item : items) {
+        if (!item.is_number()) return std::nullopt;
+        out.push_back(item.as_number());
+    }
+    return out;
+}
+
+ModelValue to_model(const Value& v, const Names& names)
+{
+    check_stack();
+    switch (v.tag()) {
+        case Value::Tag::Bool:
+            return v.as_bool();
+        case Value::Tag::Number:
+            return v.as_number();
+        case Value::Tag::String:
+            return std::string(v.as_string());
+        case Value::Tag::List: {
+            ModelValue::List list;
+            list.reserve(v.items().size());
+            for (const Value& item : v.items()) list.push_back(to_model(item, names));
+            return list;
+        }
+        case Value::Tag::Range:
+        case Value::Tag::Function:
+            return to_text(v, names);
+        default:
+            return {};
+    }
+}
+
+ModelValue to_model(std::span<const double> items)
+{
+    return ModelValue::List(items.begin(), items.end());
+}
+
+ModelValue to_model(const Transform& t)
+{
+    ModelValue::List rows;
+    for (const auto& row : t.m) rows.push_back(to_model(row));
+    return rows;
+}
+
+// A number as warnings show it, any other value in full.
+std::string shown(Evaluator& e, const Value& v)
+{
+    return to_quoted_text(v, e.program().names);
+}
+
+void warn(Evaluator& e, const Statement& s, const std::string& text)
+{
+    e.diagnostics().warn(s.place, text);
+}
+
+Facets facets(const Evaluator& e)
+{
+    const auto get = [&](std::string_view name, double otherwise) {
+        return number(e.special(name)).value_or(otherwise);
+    };
+    Facets f;
+    f.fn = get("$fn", 0.0);
+    f.fs = std::max(get("$fs", 2.0), Facets::kSmallest);
+    f.fa = std::max(get("$fa", 12.0), Facets::kSmallest);
+    f.tolerance = get("$tolerance", 0.0);
+    return f;
+}
+
+void add_facets(ModelNode& node, const Facets& f)
+{
+    node.parameters.emplace_back("$fn", f.fn);
+    node.parameters.emplace_back("$fa", f.fa);
+    node.parameters.emplace_back("$fs", f.fs);
+}
+
+// Radius from r or d, the latter first.
+std::optional<double> radius(Evaluator& e, const Statement& s, const Arguments& a,
+                             std::string_view diameter_name, std::string_view radius_name)
+{
+    const Value &d = a[diameter_name], &r = a[radius_name];
+    if (d.is_number()) {
+        if (!r.is_undef())
+            warn(e, s,
+                 "Ignoring radius variable '" + std::string(radius_name) + "' as diameter '" +
+                     std::string(diameter_name) + "' is defined too.");
+        return d.as_number() / 2.0;
+    }
+    return number(r);
+}
+
+// Solids.
+
+ModelNode cube(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("cube", s);
+    std::vector<double> size{1, 1, 1};
+    const Value& given = a["size"];
+    if (given.is_number())
+        size.assign(3, given.as_number());
+    else if (const auto v = numbers(given, 3, 3))
+        size = *v;
+    else if (!given.is_undef())
+        warn(e, s,
+             "Unable to convert cube(size=" + shown(e, given) +
+                 ", ...) parameter to a number or a vec3 of numbers");
+    node.parameters = {{"size", to_model(size)}, {"center", is_true(a["center"])}};
+    return node;
+}
+
+ModelNode sphere(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("sphere", s);
+    const double r = radius(e, s, a, "d", "r").value_or(1.0);
+    const Facets f = facets(e);
+    add_facets(node, f);
+    node.parameters.emplace_back("r", r);
+    node.fragments = f.round_fragments(r);
+    return node;
+}
+
+ModelNode cylinder(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("cylinder", s);
+    const double h = number(a["h"]).value_or(1.0);
+    const auto both = radius(e, s, a, "d", "r");
+    const auto bottom = radius(e, s, a, "d1", "r1");
+    const auto top = radius(e, s, a, "d2", "r2");
+    if (both && (bottom || top)) warn(e, s, "Cylinder parameters ambiguous");
+    const double r1 = bottom.value_or(both.value_or(1.0)), r2 = top.value_or(both.value_or(1.0));
+    const Facets f = facets(e);
+    add_facets(node, f);
+    node.parameters.emplace_back("h", h);
+    node.parameters.emplace_back("r1", r1);
+    node.parameters.emplace_back("r2", r2);
+    node.parameters.emplace_back("center", is_true(a["center"]));
+    node.fragments = f.round_fragments(std::max(std::fabs(r1), std::fabs(r2)));
+    return node;
+}
+
+ModelNode polyhedron(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    const Names& names = e.program().names;
+    ModelNode node = e.make_node("polyhedron", s);
+    const Value* faces = &a["faces"];
+    if (faces->is_undef() && !a["triangles"].is_undef()) {
+        e.diagnostics().deprecated(
+            s.place,
+            "polyhedron(triangles=[]) will be removed in future releases. Use "
+            "polyhedron(faces=[]) instead.");
+        faces = &a["triangles"];
+    }
+    node.parameters = {{"points", to_model(a["points"], names)},
+                       {"faces", to_model(*faces, names)},
+                       {"convexity", number(a["convexity"]).value_or(1.0)}};
+    return node;
+}
+
+// Solids of our own. What is not a number is left for the maker of solids to refuse.
+
+template <const char* name>
+ModelNode own_solid(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node(name, s);
+    for (std::size_t i = 0; i < a.names->size(); ++i)
+        if (!a.values[i].is_undef())
+            node.parameters.emplace_back(std::string((*a.names)[i]),
+                                         to_model(a.values[i], e.program().names));
+    const Facets f = facets(e);
+    // Exact shapes: how the text language would cut them is not said anywhere.
+    (void)f;
+    return node;
+}
+constexpr char kTorus[] = "torus", kEllipsoid[] = "ellipsoid", kCone[] = "cone",
+               kQuadric[] = "quadric", kHalfSpace[] = "half_space";
+
+// Transforms.
+
+ModelNode transform_node(Evaluator& e, const Statement& s, const Transform& t)
+{
+    ModelNode node = e.make_node("multmatrix", s);
+    node.parameters.emplace_back("", to_model(t));
+    return node;
+}
+
+// x, y and z of a vector of two or three numbers.
+std::optional<Vec3> vector_2_or_3(const Value& v, double z)
+{
+    const auto n = numbers(v, 2, 3);
+    if (!n) return std::nullopt;
+    return Vec3{{(*n)[0], (*n)[1], n->size() > 2 ? (*n)[2] : z}};
+}
+
+ModelNode translate(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    Transform t;
+    if (const auto v = vector_2_or_3(a["v"], 0.0))
+        for (int i = 0; i < 3; ++i) t.m[i][3] = (*v)[i];
+    else
+        warn(e, s,
+             "Unable to convert translate(" + shown(e, a["v"]) +
+                 ") parameter to a vec3 or vec2 of numbers");
+    return transform_node(e, s, t);
+}
+
+ModelNode scale(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    Vec3 factors{{1, 1, 1}};
+    if (const auto v = vector_2_or_3(a["v"], 1.0))
+        factors = *v;
+    else if (a["v"].is_number())
+        factors = Vec3{{a["v"].as_number(), a["v"].as_number(), a["v"].as_number()}};
+    else
+        warn(e, s,
+             "Unable to convert scale(" + shown(e, a["v"]) +
+                 ") parameter to a number, a vec3 or vec2 of numbers");
+    Transform t;
+    for (int i = 0; i < 3; ++i) t.m[i][i] = factors[i];
+    return transform_node(e, s, t);
+}
+
+Transform rotation_about(double angle, const Vec3& axis)
+{
+    // Of length zero or endless: no rotation.
+    const double length = norm(axis);
+    if (!(length > 0.0) || !std::isfinite(length)) return {};
+    return rotation(angle, axis);
+}
+
+ModelNode rotate(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    const Value& angle = a["a"];
+    Transform t;
+    if (angle.is_list()) {
+        Vec3 degrees{};
+        const auto items = angle.items();
+        bool good = items.size() <= 3 && !items.empty();
+        for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 3); ++i) {
+            if (items[i].is_number() && std::isfinite(items[i].as_number()))
+                degrees[i] = items[i].as_number();
+            else
+                good = false;
+        }
+        if (!a["v"].is_undef())
+            warn(e, s,
+                 "When parameter a is supplied as vector, v is ignored rotate(a=" +
+                     shown(e, angle) + ", v=" + shown(e, a["v"]) + ")");
+        if (!good) warn(e, s, "Problem converting rotate(a=" + shown(e, angle) + ") parameter");
+        t = rotation(degrees);
+    } else {
+        const double degrees = number(angle).value_or(0.0);
+        const bool good = angle.is_number() && std::isfinite(degrees);
+        const auto axis = vector_2_or_3(a["v"], 0.0);
+        if (good) t = axis ? rotation_about(degrees, *axis) : rotation_z(degrees);
+        const bool axis_good = a["v"].is_undef() || (axis && is_finite(*axis));
+        if (!good || !axis_good)
+            warn(e, s,
+                 a["v"].is_undef()
+                     ? "Problem converting rotate(a=" + shown(e, angle) + ") parameter"
+                     : "Problem converting rotate(..., v=" + shown(e, a["v"]) + ") parameter");
+    }
+    return transform_node(e, s, t);
+}
+
+ModelNode mirror(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    Transform t;
+    const auto v = vector_2_or_3(a["v"], 0.0);
+    if (!v)
+        warn(e, s,
+             "Unable to convert mirror(" + shown(e, a["v"]) +
+                 ") parameter to a vec3 or vec2 of numbers");
+    else if (is_finite(*v) && norm(*v) > 0.0)
+        t = genus::mirror(*v);
+    return transform_node(e, s, t);
+}
+
+ModelNode multiply_matrix(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    Transform t;
+    if (a["m"].is_list()) {
+        const auto rows = a["m"].items();
+        for (std::size_t r = 0; r < std::min<std::size_t>(rows.size(), 4); ++r) {
+            if (!rows[r].is_list()) continue;
+            const auto cells = rows[r].items();
+            for (std::size_t c = 0; c < std::min<std::size_t>(cells.size(), 4); ++c)
+                if (cells[c].is_number()) t.m[r][c] = cells[c].as_number();
+        }
+        const double w = t.m[3][3];
+        if (w != 1.0)
+            for (auto& row : t.m)
+                for (double& cell : row) cell /= w;
+    }
+    return transform_node(e, s, t);
+}
+
+ModelNode color(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("color", s);
+    std::array<double, 4> rgba{-1, -1, -1, 1};
+    const Value& c = a["c"];
+    if (c.is_list()) {
+        const auto items = c.items();
+        for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 4); ++i) {
+            rgba[i] = number(items[i]).value_or(0.0);
+            if (!(rgba[i] <= 1.0))
+                warn(e, s,
+                     "color() expects numbers between 0.0 and 1.0. Value of " +
+                         number_text(rgba[i]) + " is out of range");
+        }
+    } else if (c.is_string()) {
+        const auto found = parse_color(c.as_string());
+        if (found)
+            rgba = *found;
+        else
+            e.diagnostics().warn_with_hint(s.place, "Unable to parse color " + shown(e, c),
+                                           "Please see https://en.wikipedia.org/wiki/Web_colors");
+    }
+    if (a["alpha"].is_number()) rgba[3] = a["alpha"].as_number();
+    node.parameters.emplace_back("", to_model(rgba));
+    return node;
+}
+
+ModelNode resize(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("resize", s);
+    std::array<double, 3> size{}, automatic{};
+    if (a["newsize"].is_list()) {
+        const auto items = a["newsize"].items();
+        for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 3); ++i)
+            size[i] = number(items[i]).value_or(0.0);
+    }
+    if (a["auto"].is_list()) {
+        const auto items = a["auto"].items();
+        for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 3); ++i)
+            automatic[i] = is_true(items[i]) ? 1.0 : 0.0;
+    } else if (is_true(a["auto"])) {
+        automatic.fill(1.0);
+    }
+    node.parameters = {{"newsize", to_model(size)},
+                       {"auto", to_model(automatic)},
+                       {"convexity", number(a["convexity"]).value_or(0.0)}};
+    return node;
+}
+
+// Operators.
+
+template <const char* name>
+ModelNode plain(Evaluator& e, const Statement& s, const Arguments&)
+{
+    return e.make_node(name, s);
+}
+constexpr char kUnion[] = "union", kDifference[] = "difference", kIntersection[] = "intersection",
+               kHull[] = "hull";
+
+ModelNode render(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("render", s);
+    node.parameters.emplace_back("convexity", number(a["convexity"]).value_or(1.0));
+    return node;
+}
+
+ModelNode minkowski(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("minkowski", s);
+    node.parameters.emplace_back("convexity", number(a["convexity"]).value_or(0.0));
+    return node;
+}
+
+// Plane shapes and what makes solids of them.
+
+ModelNode square(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("square", s);
+    std::vector<double> size{1, 1};
+    const Value& given = a["size"];
+    if (given.is_number())
+        size.assign(2, given.as_number());
+    else if (const auto v = numbers(given, 2, 2))
+        size = *v;
+    else if (!given.is_undef())
+        warn(e, s,
+             "Unable to convert square(size=" + shown(e, given) +
+                 ", ...) parameter to a number or a vec2 of numbers");
+    node.parameters = {{"size", to_model(size)}, {"center", is_true(a["center"])}};
+    return node;
+}
+
+ModelNode circle(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("circle", s);
+    const double r = radius(e, s, a, "d", "r").value_or(1.0);
+    const Facets f = facets(e);
+    add_facets(node, f);
+    node.parameters.emplace_back("r", r);
+    node.fragments = f.round_fragments(r);
+    return node;
+}
+
+ModelNode polygon(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    const Names& names = e.program().names;
+    ModelNode node = e.make_node("polygon", s);
+    node.parameters = {{"points", to_model(a["points"], names)},
+                       {"paths", to_model(a["paths"], names)},
+                       {"convexity", number(a["convexity"]).value_or(1.0)}};
+    return node;
+}
+
+std::string text_or(const Value& v, const char* otherwise)
+{
+    return v.is_string() ? std::string(v.as_string()) : std::string(otherwise);
+}
+
+ModelNode text(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("text", s);
+    node.parameters = {{"text", text_or(a["text"], "")},
+                       {"size", number(a["size"]).value_or(10.0)},
+                       {"spacing", number(a["spacing"]).value_or(1.0)},
+                       {"font", text_or(a["font"], "")},
+                       {"direction", text_or(a["direction"], "ltr")},
+                       {"language", text_or(a["language"], "en")},
+                       {"script", text_or(a["script"], "Latn")},
+                       {"halign", text_or(a["halign"], "left")},
+                       {"valign", text_or(a["valign"], "baseline")}};
+    const Facets f = facets(e);
+    add_facets(node, f);
+    node.fragments = f.round_fragments(number(a["size"]).value_or(10.0));
+    return node;
+}
+
+ModelNode offset(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("offset", s);
+    if (const auto r = number(a["r"]); r || !a["delta"].is_number()) {
+        node.parameters.emplace_back("r", r.value_or(1.0));
+    } else {
+        node.parameters.emplace_back("delta", a["delta"].as_number());
+        node.parameters.emplace_back("chamfer", is_true(a["chamfer"]));
+    }
+    add_facets(node, facets(e));
+    return node;
+}
+
+ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("linear_extrude", s);
+    const Value& first = a["file"];
+    const double height =
+        number(a["height"]).value_or(first.is_number() ? first.as_number() : 100.0);
+    std::array<double, 2> factors{1, 1};
+    if (const auto v = numbers(a["scale"], 2, 2))
+        factors = {(*v)[0], (*v)[1]};
+    else if (a["scale"].is_number())
+        factors.fill(a["scale"].as_number());
+    for (double& factor : factors) factor = std::max(factor, 0.0);
+    const double convexity = std::max(number(a["convexity"]).value_or(1.0), 1.0);
+    node.parameters = {{"height", std::max(height, 0.0)},
+                       {"center", is_true(a["center"])},
+                       {"convexity", std::trunc(convexity)}};
+    const Facets f = facets(e);
+    const double twist = number(a["twist"]).value_or(0.0);
+    const bool twisted = a["twist"].is_number() && twist != 0.0;
+    if (twisted) {
+        const double slices = std::trunc(number(a["slices"]).value_or(0.0));
+        node.parameters.emplace_back("twist", twist);
+        node.parameters.emplace_back("slices",
+                                     slices > 0 ? slices : f.twist_slices(std::fabs(twist)));
+    } else if (a["slices"].is_number()) {
+        node.parameters.emplace_back("slices", std::max(std::trunc(a["slices"].as_number()), 1.0));
+    }
+    node.parameters.emplace_back("scale", to_model(factors));
+    if (!twisted) add_facets(node, f);
+    return node;
+}
+
+ModelNode rotate_extrude(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("rotate_extrude", s);
+    double angle = number(a["angle"]).value_or(360.0);
+    if (!(angle > -360.0 && angle <= 360.0)) angle = 360.0;
+    const double convexity = number(a["convexity"]).value_or(0.0);
+    node.parameters = {{"angle", angle}, {"convexity", convexity <= 0 ? 2.0 : convexity}};
+    const Facets f = facets(e);
+    add_facets(node, f);
+    return node;
+}
+
+ModelNode projection(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("projection", s);
+    node.parameters = {{"cut", is_true(a["cut"])},
+                       {"convexity", number(a["convexity"]).value_or(0.0)}};
+    return node;
+}
+
+// The file that a model names, as it can be opened: from the folder of the file that asks.
+std::string existing_file(Evaluator& e, const Statement& s, const Value& name)
+{
+    if (!name.is_string() || name.as_string().empty())
+        e.fail(s.place, "'" + e.program().names[s.name] + "' needs the name of a file");
+    const fs::path wanted(name.as_string());
+    const fs::path folder = fs::path(*e.program().sources[s.place.file].path).parent_path();
+    const fs::path path = wanted.is_absolute() ? wanted : folder / wanted;
+    std::error_code error;
+    if (!fs::is_regular_file(path, error))
+        e.fail(s.place, "file '" + std::string(name.as_string()) + "' not found");
+    return path.lexically_normal().string();
+}
+
+ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("import", s);
+    const Value& file = a["file"].is_undef() ? a["filename"] : a["file"];
+    existing_file(e, s, file);
+    const Value& layer = a["layer"].is_undef() ? a["layername"] : a["layer"];
+    std::array<double, 2> origin{};
+    if (const auto v = numbers(a["origin"], 2, 2)) origin = {(*v)[0], (*v)[1]};
+    node.parameters = {{"file", std::string(file.as_string())},
+                       {"layer", text_or(layer, "")},
+                       {"origin", to_model(origin)},
+                       {"scale", number(a["scale"]).value_or(1.0)},
+                       {"convexity", number(a["convexity"]).value_or(1.0)}};
+    add_facets(node, facets(e));
+    return node;
+}
+
+ModelNode surface(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("surface", s);
+    existing_file(e, s, a["file"]);
+    node.parameters = {{"file", text_or(a["file"], "")},
+                       {"center", is_true(a["center"])},
+                       {"invert", is_true(a["invert"])}};
+    return node;
+}
+
+const std::vector<NodeMaker>& makers()
+{
+    static const std::vector<NodeMaker> list = {
+        {"cube", {"size", "center"}, 2, cube},
+        {"sphere", {"r", "d"}, 1, sphere},
+        {"cylinder", {"h", "r1", "r2", "center", "r", "d", "d1", "d2"}, 4, cylinder},
+        {"polyhedron", {"points", "faces", "convexity", "triangles"}, 3, polyhedron},
+        {"torus", {"R", "r"}, 2, own_solid<kTorus>},
+        {"ellipsoid", {"rx", "ry", "rz"}, 3, own_solid<kEllipsoid>},
+        {"cone", {"h", "r", "center"}, 3, own_solid<kCone>},
+        {"quadric", {"coefficients", "bounds"}, 2, own_solid<kQuadric>},
+        {"half_space", {"normal", "offset"}, 2, own_solid<kHalfSpace>},
+        {"translate", {"v"}, 1, translate},
+        {"rotate", {"a", "v"}, 2, rotate},
+        {"scale", {"v"}, 1, scale},
+        {"mirror", {"v"}, 1, mirror},
+        {"multmatrix", {"m"}, 1, multiply_matrix},
+        {"color", {"c", "alpha"}, 2, color},
+        {"resize", {"newsize", "auto", "convexity"}, 3, resize},
+        {"union", {}, 0, plain<kUnion>},
+        {"difference", {}, 0, plain<kDifference>},
+        {"intersection", {}, 0, plain<kIntersection>},
+        {"render", {"convexity"}, 1, render},
+        {"hull", {}, 0, plain<kHull>},
+        {"minkowski", {"convexity"}, 1, minkowski},
+        {"square", {"size", "center"}, 2, square},
+        {"circle", {"r", "d"}, 1, circle},
+        {"polygon", {"points", "paths", "convexity"}, 3, polygon},
+        {"text",
+         {"text", "size", "font", "direction", "language", "script", "halign", "valign", "spacing"},
+         3,
+         text},
+        {"offset", {"r", "delta", "chamfer"}, 1, offset},
+        {"linear_extrude",
+         {"file", "layer", "height", "origin", "scale", "center", "twist", "slices", "convexity"},
+         8,
+         linear_extrude},
+        {"rotate_extrude",
+         {"file", "layer", "origin", "scale", "convexity", "angle"},
+         4,
+         rotate_extrude},
+        {"projection", {"cut", "convexity"}, 2, projection},
+        {"import",
+         {"file", "layer", "convexity", "origin", "scale", "width", "height", "filename",
+          "layername", "center", "dpi", "id"},
+         5,
+         import},
+        {"surface", {"file", "center", "convexity", "invert"}, 3, surface},
+    };
+    return list;
+}
+
+}  // namespace
+
+const NodeMaker& node_maker(std::uint32_t number)
+{
+    return makers()[number];
+}
+
+std::optional<std::uint32_t> find_builtin_module(std::string_view name)
+{
+    using M = BuiltinModule;
+    static const auto numbers = [] {
+        std::unordered_map<std::string_view, std::uint32_t> map;
+        const auto add = [&](std::string_view text, M m) {
+            map.emplace(text, static_cast<std::uint32_t>(m));
+        };
+        add("for", M::For);
+        add("intersection_for", M::IntersectionFor);
+        add("let", M::Let);
+        add("assign", M::Assign);
+        add("echo", M::Echo);
+        add("assert", M::Assert);
+        add("children", M::Children);
+        add("child", M::Child);
+        add("group", M::Group);
+        std::uint32_t next = static_cast<std::uint32_t>(M::First);
+        for (const NodeMaker& maker : makers()) map.emplace(maker.name, next++);
+        return map;
+    }();
+    const auto at = numbers.find(name);
+    return at == numbers.end() ? std::nullopt : std::optional(at->second);
+}
+
+}  // namespace genus::language
