@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+
+#include "genus/base/box.h"
+#include "genus/implicit/implicit.h"
+#include "genus/mesh/indexed_mesh.h"
+#include "genus/volume/grid.h"
+
+namespace genus {
+
+struct MarchingCubesOptions {
+    double cell_size = 0.1;  // longest edge of a cell, model units
+    double level = 0.0;      // field value on the surface
+    /// Close the surface along the border of the grid, as if everything beyond were outside.
+    bool close_border = true;
+};
+
+/// Triangulates the level set of `field` inside `box`.
+///
+/// Vertices lie on cell edges, at the exact crossing of the field, so a sharp edge is cut off by
+/// up to one cell; extended_marching_cubes keeps it. Triangles turn outward, towards larger
+/// values; a value equal to the level counts as outside. On a face with inside and outside corners
+/// on its two diagonals the bilinear interpolant of the corner values decides, exactly, so
+/// neighbours agree and the mesh is manifold, and closed with `close_border`. Where a vertex falls
+/// on a grid corner, triangles may have no area.
+/// Time and memory: O(cells); the crossing takes a few dozen evaluations of the field an edge.
+///
+/// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3. Two sheets in one
+/// cell are kept apart, also where the trilinear interpolant would join them by a tunnel.
+/// Throws InvalidInput if `cell_size` is not positive or `box` is empty.
+IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
+                           const MarchingCubesOptions& options = {});
+
+/// The same on samples, with linear interpolation along cell edges. `cell_size` is not used.
+IndexedMesh marching_cubes(const Grid& grid, const MarchingCubesOptions& options = {});
+
+/// The same on an array of someone else's; layout and checks as for Grid, but values are not
+/// checked for being finite: whatever is not below the level is outside.
+IndexedMesh marching_cubes(std::span<const float> values, const GridSize& size,
+                           const GridFrame& frame, const MarchingCubesOptions& options = {});
+IndexedMesh marching_cubes(std::span<const double> values, const GridSize& size,
+                           const GridFrame& frame, const MarchingCubesOptions& options = {});
+
+}  // namespace genus

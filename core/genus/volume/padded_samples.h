@@ -1,0 +1,69 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "genus/volume/grid.h"
+
+namespace genus {
+
+/// A view of samples with, if asked for, a layer of outside samples all round. Indices count the
+/// layer: with it, sample (1, 1, 1) is the first true one.
+template <typename Value>
+class PaddedSamples {
+public:
+    PaddedSamples(std::span<const Value> values, const GridSize& size, double level, bool padded)
+        : values_(values), true_size_(size), level_(level), pad_(padded ? 1 : 0)
+    {
+        for (int axis = 0; axis < 3; ++axis) size_[axis] = size[axis] + 2 * pad_;
+    }
+
+    const GridSize& size() const { return size_; }
+    int pad() const { return pad_; }
+
+    bool is_true(std::int32_t i, std::int32_t j, std::int32_t k) const
+    {
+        return within(i, 0) && within(j, 1) && within(k, 2);
+    }
+    /// Value less the level; infinity in the layer.
+    double relative(std::int32_t i, std::int32_t j, std::int32_t k) const
+    {
+        if (!is_true(i, j, k)) return std::numeric_limits<double>::infinity();
+        return static_cast<double>(line(j, k)[i - pad_]) - level_;
+    }
+
+    /// Sets the bits of the samples of a row that are below the level.
+    void mark_inside(std::size_t row, std::uint64_t* bits) const
+    {
+        const auto j = static_cast<std::int32_t>(row % size_[1]);
+        const auto k = static_cast<std::int32_t>(row / size_[1]);
+        if (!within(j, 1) || !within(k, 2)) return;
+        const Value* value = line(j, k);
+        // Whole words at a time, so that the compiler can compare several values at once.
+        std::int32_t i = 0;
+        for (std::int32_t end = pad_ + true_size_[0], word = 0; 64 * word < end; ++word) {
+            std::uint64_t found = 0;
+            for (std::int32_t at = std::max(64 * word, pad_); at < std::min(64 * word + 64, end);
+                 ++at, ++i)
+                found |= std::uint64_t{static_cast<double>(value[i]) < level_} << (at & 63);
+            bits[word] = found;
+        }
+    }
+
+private:
+    bool within(std::int32_t n, int axis) const { return n >= pad_ && n < true_size_[axis] + pad_; }
+    const Value* line(std::int32_t j, std::int32_t k) const
+    {
+        return values_.data() +
+               (static_cast<std::size_t>(k - pad_) * true_size_[1] + (j - pad_)) * true_size_[0];
+    }
+
+    std::span<const Value> values_;
+    GridSize true_size_, size_{};
+    double level_;
+    std::int32_t pad_;
+};
+
+}  // namespace genus
