@@ -13,7 +13,7 @@ namespace genus {
 
 namespace {
 
-constexpr int kTaskDepth = 8;      // bisections before the work is handed out: 6 * 2^8 tasks
+constexpr int kTaskDepth = 8;        // bisections before the work is handed out: 6 * 2^8 tasks
 constexpr std::size_t kMaxCut = 10;  // surfaces through one cell
 
 // Name of a vertex, the same in all cells that share it: the corners of the edge, face or cell it
@@ -99,7 +99,7 @@ int determinant_sign(const Vec3& a, const Vec3& b, const Vec3& c)
 }
 
 struct CellVertex {
-    std::uint8_t corners = 0;    // bit set
+    std::uint8_t corners = 0;  // bit set
     std::uint8_t n_surfaces = 0;
     std::array<std::uint8_t, 3> surfaces{};  // local numbers, ascending
     bool operator==(const CellVertex&) const = default;
@@ -159,8 +159,7 @@ private:
     {
         std::array<int, 4> below{}, above{};
         int n_below = 0, n_above = 0;
-        for (int m = 0; m < 4; ++m)
-            (rows_[i][m] < 0.0 ? below[n_below++] : above[n_above++]) = m;
+        for (int m = 0; m < 4; ++m) (rows_[i][m] < 0.0 ? below[n_below++] : above[n_above++]) = m;
         Piece piece;
         const auto side = [&](int m, int n, int label) {
             piece.vertices.push_back(edge_vertex(m, n, i));
@@ -275,7 +274,8 @@ private:
             if (w[at[0]] == 0.0 && w[at[1]] == 0.0) w[at[0]] = w[at[1]] = 1.0;
         } else if (n == 3) {
             const Row& b = rows_[v.surfaces[1]];
-            const Vec3 x = cross({{a[at[0]], a[at[1]], a[at[2]]}}, {{b[at[0]], b[at[1]], b[at[2]]}});
+            const Vec3 x =
+                cross({{a[at[0]], a[at[1]], a[at[2]]}}, {{b[at[0]], b[at[1]], b[at[2]]}});
             for (std::size_t m = 0; m < 3; ++m) w[at[m]] = x[m];
         } else {
             const Row &b = rows_[v.surfaces[1]], &c = rows_[v.surfaces[2]];
@@ -469,8 +469,7 @@ Box3 box_of(const std::array<Vec3, 4>& p)
 // One walk down from a root of the tree; each task has its own.
 class CellWalk {
 public:
-    explicit CellWalk(const CellMesher& mesher)
-        : m_(mesher), signs_(mesher.forms_.size(), Sign{0})
+    explicit CellWalk(const CellMesher& mesher) : m_(mesher), signs_(mesher.forms_.size(), Sign{0})
     {
     }
 
@@ -478,22 +477,22 @@ public:
     void find_splits(const LatticeTet& tet, const SignFormula& formula, const CellDemands& demands,
                      std::vector<LatticePoint>& splits)
     {
-        descend(tet, formula, [&](const LatticeTet& t, const std::array<Vec3, 4>& p,
-                                  const SignFormula& f) {
-            if (BisectionTree::is_finest(t) || !too_coarse(p, f, demands)) return false;
-            splits.push_back(BisectionTree::midpoint(t));
-            return true;
-        });
+        descend(tet, formula,
+                [&](const LatticeTet& t, const std::array<Vec3, 4>& p, const SignFormula& f) {
+                    if (BisectionTree::is_finest(t) || !too_coarse(p, f, demands)) return false;
+                    splits.push_back(BisectionTree::midpoint(t));
+                    return true;
+                });
     }
 
     void extract(const LatticeTet& tet, const SignFormula& formula, Part& part)
     {
-        descend(tet, formula, [&](const LatticeTet& t, const std::array<Vec3, 4>& p,
-                                  const SignFormula& f) {
-            if (m_.tree_.is_split(t)) return true;
-            contour(t, p, f, part);
-            return false;
-        });
+        descend(tet, formula,
+                [&](const LatticeTet& t, const std::array<Vec3, 4>& p, const SignFormula& f) {
+                    if (m_.tree_.is_split(t)) return true;
+                    contour(t, p, f, part);
+                    return false;
+                });
     }
 
 private:

@@ -122,10 +122,10 @@ private:
         std::vector<Task> tasks;
         std::vector<std::int32_t> all(m_.mesh.n_faces());
         for (std::size_t f = 0; f < all.size(); ++f) all[f] = static_cast<std::int32_t>(f);
-        divide(std::move(all), formula, 4096, [&](std::vector<std::int32_t>&& faces,
-                                                  const SignFormula& f) {
-            tasks.push_back({std::move(faces), f, {}});
-        });
+        divide(std::move(all), formula, 4096,
+               [&](std::vector<std::int32_t>&& faces, const SignFormula& f) {
+                   tasks.push_back({std::move(faces), f, {}});
+               });
         parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 divide(std::move(tasks[i].faces), tasks[i].formula, kGroupFaces,
@@ -194,8 +194,8 @@ private:
                 auto& list = labels_[v];
                 std::uint8_t& n = n_labels_[v];
                 const std::int32_t label = m_.surface_of_face[f];
-                if (n < list.size() && std::find(list.begin(), list.begin() + n, label) ==
-                                           list.begin() + n)
+                if (n < list.size() &&
+                    std::find(list.begin(), list.begin() + n, label) == list.begin() + n)
                     list[n++] = label;
             }
     }
@@ -291,7 +291,8 @@ private:
         if (n_own == 1 && normals.size() == 1) return normals[0];
         auto d = shortest_direction(normals, demands);
         if (!d && normals.size() > n_own)
-            d = shortest_direction(std::span(normals).first(n_own), std::span(demands).first(n_own));
+            d = shortest_direction(std::span(normals).first(n_own),
+                                   std::span(demands).first(n_own));
         if (d) return *d;
         Vec3 mean;
         for (std::size_t i = 0; i < n_own; ++i) mean += normals[i];
@@ -336,8 +337,7 @@ private:
         }
         if (!changed) return false;
         std::vector<Sign> signs(forms_.size(), Sign{0});
-        direction_[v] =
-            choose_direction(v, 4.0 * std::max(offset_[v][0], offset_[v][1]), signs);
+        direction_[v] = choose_direction(v, 4.0 * std::max(offset_[v][0], offset_[v][1]), signs);
         const double length = norm(direction_[v]);
         for (double& a : offset_[v]) a = std::min(a, tolerance_ / length);
         return true;
@@ -434,8 +434,8 @@ private:
         const Ways ways = find_ways(item, here, signs);
         if (!ways.found) return {Outcome::Open};
         // If the ends have the wrong sign, no point of the box is on the surface.
-        if (ways.none || (outer_.winding_number(ways.inside) == 1 &&
-                          inner_.winding_number(ways.outside) == 0))
+        if (ways.none ||
+            (outer_.winding_number(ways.inside) == 1 && inner_.winding_number(ways.outside) == 0))
             return {};
         return {far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
     }

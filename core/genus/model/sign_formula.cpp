@@ -39,8 +39,8 @@ SignFormula::SignFormula(const CsgField& field)
             const std::int32_t code = 2 * t.index + (t.negated ? 1 : 0);
             terms_.push_back(t.is_surface ? code : ~code);
         }
-        nodes_.push_back({instruction.is_max, first,
-                          static_cast<std::int32_t>(instruction.terms.size())});
+        nodes_.push_back(
+            {instruction.is_max, first, static_cast<std::int32_t>(instruction.terms.size())});
     }
     if (nodes_.empty()) constant_ = 1;
     // Constants hidden in empty instructions are folded by the same pass as known signs.
@@ -51,8 +51,8 @@ SignFormula SignFormula::simplified(std::span<const Sign> signs) const
 {
     SignFormula result = folded(signs);
     constexpr std::size_t kFewSurfaces = 8;
-    const bool twice = std::any_of(result.uses_.begin(), result.uses_.end(),
-                                   [](const Use& u) { return u.twice; });
+    const bool twice =
+        std::any_of(result.uses_.begin(), result.uses_.end(), [](const Use& u) { return u.twice; });
     return twice && result.surfaces_.size() <= kFewSurfaces ? result.with_true_uses() : result;
 }
 
@@ -126,8 +126,8 @@ SignFormula SignFormula::folded(std::span<const Sign> signs) const
         bool decided = false;
         for (std::int32_t i = node.first; i < node.first + node.count && !decided; ++i) {
             const std::int32_t term = terms_[i];
-            Value v = names_surface(term) ? Value{signs[number(term)], term & ~1}
-                                          : values[number(term)];
+            Value v =
+                names_surface(term) ? Value{signs[number(term)], term & ~1} : values[number(term)];
             if (negated(term)) v = {static_cast<Sign>(-v.constant), negate(v.term)};
             if (v.constant == 0)
                 kept.push_back(v.term);

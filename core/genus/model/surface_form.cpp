@@ -20,7 +20,8 @@ double evaluate(const std::array<double, 10>& c, const Vec3& p)
 Vec3 slope(const std::array<double, 10>& c, const Vec3& p)
 {
     const double x = p[0], y = p[1], z = p[2];
-    return {{c[1] + 2.0 * c[4] * x + c[7] * y + c[8] * z, c[2] + c[7] * x + 2.0 * c[5] * y + c[9] * z,
+    return {{c[1] + 2.0 * c[4] * x + c[7] * y + c[8] * z,
+             c[2] + c[7] * x + 2.0 * c[5] * y + c[9] * z,
              c[3] + c[8] * x + c[9] * y + 2.0 * c[6] * z}};
 }
 
@@ -169,8 +170,8 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
     for (std::size_t i = 0; i < 3; ++i)
         m[i] = std::max(std::fabs(box.min[i] - origin_[i]), std::fabs(box.max[i] - origin_[i]));
     const double ms = magnitude(s_, m);
-    const double all = kind_ == Surface::Kind::Torus ? scale_ * (ms * ms + magnitude(t_, m))
-                                                     : magnitude(q_, m);
+    const double all =
+        kind_ == Surface::Kind::Torus ? scale_ * (ms * ms + magnitude(t_, m)) : magnitude(q_, m);
     // A point's coordinates are themselves rounded when the origin is taken off.
     slack_ = 64.0 * kEps * all;
 }
@@ -261,8 +262,8 @@ double SurfaceForm::linear_error(const std::array<Vec3, 4>& tet) const
         const auto& pair = tables<4>().pair;
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = i + 1; j < 4; ++j)
-                most = std::max(most, std::fabs(b[pair[i][j]] -
-                                                0.5 * (b[pair[i][i]] + b[pair[j][j]])));
+                most = std::max(most,
+                                std::fabs(b[pair[i][j]] - 0.5 * (b[pair[i][i]] + b[pair[j][j]])));
         return 0.75 * most;
     }
     const auto b = torus_coefficients<4>(s_, t_, p);
