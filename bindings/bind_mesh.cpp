@@ -2,6 +2,8 @@
 
 #include "arrays.h"
 #include "bind.h"
+#include "genus/base/error.h"
+#include "genus/mesh/distance.h"
 #include "genus/mesh/validate.h"
 #include "long_call.h"
 
@@ -95,6 +97,24 @@ std::vector<Finding> validate_mesh(const Mesh& mesh, bool self_intersections,
         progress);
 }
 
+MeshDistance distance(const Mesh& a, const Mesh& b, const py::object& progress)
+{
+    return long_call([x = a.triangles, y = b.triangles] { return mesh_distance(*x, *y); },
+                     progress);
+}
+
+void bind_distance(py::module_& m)
+{
+    py::class_<MeshDistance>(m, "MeshDistance", "How far two surfaces are apart, model units.")
+        .def_readonly("max", &MeshDistance::max,
+                      "Largest distance found, both ways; the true one is not below it.")
+        .def_readonly("mean", &MeshDistance::mean, "Mean over the surfaces, the larger of the two.")
+        .def_readonly("bound", &MeshDistance::bound, "The true largest distance is not above it.")
+        .def("__repr__", [](const MeshDistance& d) {
+            return "<genus.MeshDistance: max " + to_text(d.max) + ", mean " + to_text(d.mean) + ">";
+        });
+}
+
 void bind_validation(py::module_& m)
 {
     py::class_<Finding>(m, "Finding", "One thing that keeps a mesh from bounding a solid.")
@@ -165,6 +185,7 @@ py::class_<Mesh> bind_mesh(py::module_& m)
 {
     bind_topology(m);
     bind_validation(m);
+    bind_distance(m);
     py::class_<Mesh> cls(
         m, "Mesh",
         R"(Triangles as numbers of shared vertices, counterclockwise seen from outside. Never changes.
@@ -228,6 +249,15 @@ py::class_<Mesh> bind_mesh(py::module_& m)
 >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 >>> [finding.defect for finding in genus.Mesh(corners, [[0, 1, 2]]).validate()]
 ['open edge', 'open edge', 'open edge'])")
+        .def(
+            "distance", &distance, py::arg("other"), py::kw_only(),
+            py::arg("progress") = py::none(),
+            R"(Distance between two surfaces as sets of points: a MeshDistance with max, mean, bound.
+
+>>> corners, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
+>>> lifted = genus.Mesh([[0, 0, 2], [1, 0, 2], [0, 1, 2]], faces)
+>>> genus.Mesh(corners, faces).distance(lifted).max
+2.0)")
         .def("explain", &explanation,
              "What the call that made the mesh left out, an Explanation, else None.")
         .def("__len__", [](const Mesh& mesh) { return mesh.triangles->n_faces(); })

@@ -13,4 +13,5 @@ PYBIND11_MODULE(_core, m)
     auto mesh = python::bind_mesh(m);
     python::bind_model(m);
     python::bind_io(m, mesh);
+    python::bind_language(m);
 }

@@ -106,6 +106,14 @@ class Finding:
     @property
     def at(self) -> list[float]: ...
 
+class MeshDistance:
+    @property
+    def max(self) -> float: ...
+    @property
+    def mean(self) -> float: ...
+    @property
+    def bound(self) -> float: ...
+
 class Mesh:
     def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None: ...
     def __len__(self) -> int: ...
@@ -140,6 +148,7 @@ class Mesh:
         max_findings: int = 100,
         progress: _Progress = None,
     ) -> list[Finding]: ...
+    def distance(self, other: Mesh, *, progress: _Progress = None) -> MeshDistance: ...
     def save(
         self,
         path: _Path,
@@ -241,13 +250,19 @@ def convert(
 def run_scad(
     path_or_text: _Path,
     *,
-    defines: Mapping[str, float | bool | str] | None = None,
+    defines: Mapping[str, Any] = {},
+    expressions: Mapping[str, str] = {},
     tolerance: float | None = None,
+    solid: bool = True,
     messages: list[str] | None = None,
     progress: _Progress = None,
 ) -> TextModel: ...
 def read_scad(
-    path_or_text: _Path, defines: Mapping[str, float | bool | str] | None = None
+    path_or_text: _Path,
+    defines: Mapping[str, Any] = {},
+    *,
+    tolerance: float | None = 0.01,
+    progress: _Progress = None,
 ) -> Solid: ...
 def thread_count() -> int: ...
 def set_thread_count(threads: int) -> None: ...

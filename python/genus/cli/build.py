@@ -96,7 +96,8 @@ def evaluate(args: argparse.Namespace) -> TextModel:
         with progress() as bar:
             return genus.run_scad(
                 args.model,
-                defines=dict(args.defines),
+                expressions=dict(args.defines),
+                solid=extension(args.output) not in TEXT_FORMATS,
                 tolerance=args.tolerance,
                 messages=messages,
                 progress=bar,
