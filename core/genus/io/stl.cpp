@@ -279,36 +279,48 @@ RawMesh read_ascii(std::string_view text, const std::string& name)
 
 // ---- writing ----
 
+// Zero for a degenerate triangle; most readers take that for "compute it yourself".
 Vec3 unit_normal(const Vec3& a, const Vec3& b, const Vec3& c)
 {
     const Vec3 n = cross(b - a, c - a);
     const double length = norm(n);
-    // Where the square over- or underflows the direction is not worth much, and readers take
-    // zero for "compute it yourself".
     return length > 0.0 && std::isfinite(length) ? n * (1.0 / length) : Vec3{};
 }
 
-Vec3 rounded_to_float(const Vec3& v)
+char* put_binary_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
-    return {{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}};
-}
-
-char* put_floats(char* p, const Vec3& v)
-{
-    for (std::size_t k = 0; k < 3; ++k) p = store(p, static_cast<float>(v[k]), std::endian::little);
-    return p;
-}
-
-char* put_binary_facet(char* p, const IndexedMesh& mesh, const Triangle& face, bool& fits)
-{
-    Vec3 v[3];
-    for (std::size_t k = 0; k < 3; ++k) {
-        v[k] = rounded_to_float(mesh.vertices[static_cast<std::size_t>(face[k])]);
-        fits &= is_finite(v[k]);
-    }
-    p = put_floats(p, unit_normal(v[0], v[1], v[2]));
-    for (const Vec3& corner : v) p = put_floats(p, corner);
+    const float corners[9] = {
+        static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2]),
+        static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2]),
+        static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
+    const auto side = [&](std::size_t from, std::size_t to) {
+        Vec3 d;
+        for (std::size_t k = 0; k < 3; ++k)
+            d[k] = static_cast<double>(corners[to + k]) - static_cast<double>(corners[from + k]);
+        return d;
+    };
+    // Neither a product nor a sum of products of floats leaves the range of doubles.
+    const Vec3 normal = cross(side(0, 3), side(0, 6));
+    const double square = dot(normal, normal);
+    const double scale = square > 0.0 ? 1.0 / std::sqrt(square) : 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+        p = store(p, static_cast<float>(normal[k] * scale), std::endian::little);
+    for (const float x : corners) p = store(p, x, std::endian::little);
     return store(p, std::uint16_t{0}, std::endian::little);
+}
+
+void check_fits_floats(const std::vector<Vec3>& vertices, const std::string& name)
+{
+    constexpr std::size_t grain = 65536;
+    parallel_for(vertices.size(), grain, [&](std::size_t begin, std::size_t end) {
+        double largest = 0.0;
+        for (std::size_t v = begin; v < end; ++v)
+            for (const double x : vertices[v].c) largest = std::max(largest, std::abs(x));
+        if (std::isinf(static_cast<float>(largest)))
+            throw FileError(name,
+                            "a coordinate is too large for the 4-byte numbers of binary STL; "
+                            "ASCII would hold it");
+    });
 }
 
 void write_binary(Output& output, const IndexedMesh& mesh)
@@ -317,22 +329,23 @@ void write_binary(Output& output, const IndexedMesh& mesh)
     constexpr std::string_view comment = "binary STL, written by genus";  // must not be "solid"
     if (mesh.n_faces() > std::numeric_limits<std::uint32_t>::max())
         throw FileError(output.name(), "binary STL cannot count so many triangles");
+    check_fits_floats(mesh.vertices, output.name());
     char header[kHeaderBytes] = {};
     std::copy(comment.begin(), comment.end(), header);
     store(header + kCountOffset, static_cast<std::uint32_t>(mesh.n_faces()), std::endian::little);
     output.write(header);
-    write_records(output, mesh.n_faces(), grain,
-                  [&](std::size_t begin, std::size_t end, TextBlock& block) {
-                      char* p = block.room(kTriangleBytes * (end - begin));
-                      bool fits = true;
-                      for (std::size_t f = begin; f < end; ++f)
-                          p = put_binary_facet(p, mesh, mesh.faces[f], fits);
-                      if (!fits)
-                          throw FileError(output.name(),
-                                          "a coordinate is too large for the 4-byte numbers of "
-                                          "binary STL; ASCII would hold it");
-                      block.advance_to(p);
-                  });
+    const auto vertex = [&](std::int32_t v) -> const Vec3& {
+        return mesh.vertices[static_cast<std::size_t>(v)];
+    };
+    write_records(
+        output, mesh.n_faces(), grain, [&](std::size_t begin, std::size_t end, TextBlock& block) {
+            char* p = block.room(kTriangleBytes * (end - begin));
+            for (std::size_t f = begin; f < end; ++f) {
+                const Triangle& face = mesh.faces[f];
+                p = put_binary_facet(p, vertex(face[0]), vertex(face[1]), vertex(face[2]));
+            }
+            block.advance_to(p);
+        });
 }
 
 char* put_vector(char* p, const Vec3& v)
@@ -351,7 +364,7 @@ char* put_ascii_facet(char* p, const IndexedMesh& mesh, const Triangle& face)
         return mesh.vertices[static_cast<std::size_t>(face[k])];
     };
     p = put_text(p, "facet normal");
-    p = put_vector(p, rounded_to_float(unit_normal(vertex(0), vertex(1), vertex(2))));
+    p = put_vector(p, unit_normal(vertex(0), vertex(1), vertex(2)));
     p = put_text(p, " outer loop\n");
     for (std::size_t k = 0; k < 3; ++k) p = put_vector(put_text(p, "  vertex"), vertex(k));
     return put_text(p, " endloop\nendfacet\n");

@@ -26,26 +26,31 @@ MeshFormat choose_format(const std::string& path, const WriteOptions& options)
 void check_positions(const std::vector<Vec3>& vertices)
 {
     parallel_for(vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v)
-            if (!is_finite(vertices[v]))
-                throw InvalidInput("write_mesh: vertex " + std::to_string(v) + " is not finite");
+        Vec3 sum;  // of zeros, as long as all are finite
+        for (std::size_t v = begin; v < end; ++v) sum += vertices[v] * 0.0;
+        if (is_finite(sum)) return;
+        while (is_finite(vertices[begin])) ++begin;
+        throw InvalidInput("write_mesh: vertex " + std::to_string(begin) + " is not finite");
     });
 }
 
 template <class Face>
 void check_faces(std::size_t n_faces, std::size_t n_vertices, const Face& face)
 {
+    const auto is_valid = [&](std::size_t f) {
+        const std::span<const std::int32_t> corners = face(f);
+        bool valid = corners.size() >= 3;
+        for (const std::int32_t v : corners) valid &= static_cast<std::uint32_t>(v) < n_vertices;
+        return valid;
+    };
     parallel_for(n_faces, kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f) {
-            const std::span<const std::int32_t> corners = face(f);
-            bool valid = corners.size() >= 3;
-            for (const std::int32_t v : corners)
-                valid &= static_cast<std::uint32_t>(v) < n_vertices;
-            if (!valid)
-                throw InvalidInput("write_mesh: face " + std::to_string(f) +
-                                   (corners.size() < 3 ? " has fewer than three corners"
-                                                       : " names a vertex that does not exist"));
-        }
+        bool valid = true;
+        for (std::size_t f = begin; f < end; ++f) valid &= is_valid(f);
+        if (valid) return;
+        while (is_valid(begin)) ++begin;
+        throw InvalidInput("write_mesh: face " + std::to_string(begin) +
+                           (face(begin).size() < 3 ? " has fewer than three corners"
+                                                   : " names a vertex that does not exist"));
     });
 }
 
