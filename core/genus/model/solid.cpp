@@ -117,6 +117,13 @@ struct AxisRange {
         }
         return with_step(range);
     }
+    Interval operator()(const Box3& s) const
+    {
+        Interval range(0.0);
+        for (int i = 0; i < 3; ++i)
+            range = add(range, multiply(row[i], Interval(s.min[i], s.max[i])));
+        return with_step(range);
+    }
     Interval operator()(const Sphere& s) const
     {
         return with_step(about_zero(multiply_up(s.r, length_up(row[0], row[1], row[2]))));
@@ -214,7 +221,7 @@ std::optional<Box3> ellipsoid_box(const Quadric& quadric)
 
 Box3 quadric_box(const QuadricShape& s, const Transform& t)
 {
-    Box3 box = s.bounds ? apply(t, *s.bounds) : Box3::everything();
+    Box3 box = s.bounds ? axis_box(*s.bounds, t) : Box3::everything();
     if (const auto image = ellipsoid_box(t.is_identity() ? s.surface : transformed(s.surface, t)))
         box = intersection(box, *image);
     return box.empty() ? Box3{} : box;
@@ -251,7 +258,7 @@ Box3 image_box(const Solid& solid, const Transform& t, int steps = 16)
     if (const auto* s = std::get_if<Polyhedron>(&shape)) return axis_box(*s, t);
     if (const auto* s = std::get_if<HalfSpace>(&shape)) return half_space_box(*s, t);
     if (const auto* s = std::get_if<QuadricShape>(&shape)) return quadric_box(*s, t);
-    return apply(t, solid.bounds());
+    return axis_box(solid.bounds(), t);
 }
 
 // ---- Making nodes
@@ -427,6 +434,11 @@ bool operator==(const Solid& a, const Solid& b)
             waiting.emplace_back(&parts_x[i], &parts_y[i]);
     }
     return true;
+}
+
+Box3 image_bounds(const Solid& solid, const Transform& map)
+{
+    return image_box(solid, map);
 }
 
 Solid cube(const Vec3& size, bool center)

@@ -138,6 +138,10 @@ struct Node {
 /// the node's life.
 std::span<const Solid> parts_of(const Node& node);
 
+/// Box that holds the image of the solid under an affine map, rounded outward: tight for
+/// primitives, the image of the box for operators.
+Box3 image_bounds(const Solid& solid, const Transform& map);
+
 /// What the user called a primitive, with its numbers: "cylinder(h = 30, r = 3)". For messages.
 std::string describe(const Shape& shape);
 
