@@ -42,6 +42,18 @@ std::vector<double> basis(int n, double t)
     return b;
 }
 
+std::vector<Vec3> quotient_derivatives(std::span<const Vec4> a)
+{
+    std::vector<Vec3> c(a.size());
+    for (std::size_t r = 0; r < a.size(); ++r) {
+        Vec3 sum = {{a[r][0], a[r][1], a[r][2]}};
+        for (std::size_t i = 1; i <= r; ++i)
+            sum -= binomial(static_cast<int>(r), static_cast<int>(i)) * a[i][3] * c[r - i];
+        c[r] = sum / a[0][3];
+    }
+    return c;
+}
+
 namespace {
 
 std::vector<double> binomial_row(int n)

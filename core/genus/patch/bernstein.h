@@ -141,6 +141,9 @@ std::vector<V> derivatives(std::span<const V> c, double t, int order)
     return result;
 }
 
+/// Derivatives of C = A / w from those of (A, w), order by order (Leibniz's rule solved for C).
+std::vector<Vec3> quotient_derivatives(std::span<const Vec4> a);
+
 /// Coefficients of the product; its degree is the sum of both. O(n m).
 std::vector<double> product(std::span<const double> a, std::span<const double> b);
 

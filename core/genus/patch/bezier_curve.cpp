@@ -44,20 +44,6 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b)
     return distance(p, a + s * d);
 }
 
-// C from the derivatives of A = C w and of w (Leibniz's rule solved for C).
-std::vector<Vec3> quotient_derivatives(std::span<const Vec4> a)
-{
-    std::vector<Vec3> c(a.size());
-    for (std::size_t r = 0; r < a.size(); ++r) {
-        Vec3 sum = xyz(a[r]);
-        for (std::size_t i = 1; i <= r; ++i)
-            sum -=
-                bernstein::binomial(static_cast<int>(r), static_cast<int>(i)) * a[i][3] * c[r - i];
-        c[r] = sum / a[0][3];
-    }
-    return c;
-}
-
 }  // namespace
 
 BezierCurve::BezierCurve(std::vector<Vec3> points, std::vector<double> weights)
@@ -113,7 +99,7 @@ std::vector<Vec3> BezierCurve::derivatives(double t, int order) const
     require(order >= 0 && order <= kMaxDegree, "BezierCurve::derivatives: order", order,
             "in [0, 512]");
     if (!rational()) return bernstein::derivatives<Vec3>(points_, t, order);
-    return quotient_derivatives(bernstein::derivatives<Vec4>(homogeneous(), t, order));
+    return bernstein::quotient_derivatives(bernstein::derivatives<Vec4>(homogeneous(), t, order));
 }
 
 Vec3 BezierCurve::derivative(double t, int order) const
