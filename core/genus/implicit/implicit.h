@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "genus/base/interval.h"
 #include "genus/base/vec.h"
 
@@ -17,6 +19,14 @@ public:
     virtual Interval bound(const Box3& box) const = 0;
     /// Holds the gradient of every branch that is active somewhere in the box.
     virtual IntervalVec3 gradient_bound(const Box3& box) const = 0;
+
+    // A function with creases is made of smooth pieces: at every point F is one of them or its
+    // negative. A smooth function is its own only piece.
+
+    /// The number of the piece that gives the value at p.
+    virtual std::int32_t piece(const Vec3&) const { return 0; }
+    virtual double piece_value(std::int32_t, const Vec3& p) const { return value(p); }
+    virtual Vec3 piece_gradient(std::int32_t, const Vec3& p) const { return gradient(p); }
 };
 
 }  // namespace genus

@@ -72,6 +72,17 @@ public:
     Interval bound(const Box3& box) const override;
     IntervalVec3 gradient_bound(const Box3& box) const override;
 
+    /// The pieces are the surfaces; -1 where the field is constant.
+    std::int32_t piece(const Vec3& p) const override { return active(p).surface; }
+    double piece_value(std::int32_t surface, const Vec3& p) const override
+    {
+        return surfaces_[surface].value(p);
+    }
+    Vec3 piece_gradient(std::int32_t surface, const Vec3& p) const override
+    {
+        return surfaces_[surface].gradient(p);
+    }
+
     /// Which surface gives the value at p, and with which sign. The surface is -1, the sign 0 and
     /// the value infinite where the field is constant.
     struct Active {

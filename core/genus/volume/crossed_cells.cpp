@@ -6,12 +6,6 @@
 
 namespace genus {
 
-void CrossedCells::allocate()
-{
-    n_words_ = (static_cast<std::size_t>(size_[0]) + 63) / 64;
-    bits_.assign(n_rows() * n_words_, 0);
-}
-
 void CrossedCells::add_up(const std::vector<RowCounts>& counts)
 {
     std::vector<std::array<std::int32_t, kAxes>> n_edges(n_rows());

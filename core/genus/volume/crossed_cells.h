@@ -28,16 +28,14 @@ public:
         std::int32_t triangles = 0;
     };
 
-    /// `inside(row, bits)` sets the bit of every inside sample of row j + size[1] * k; bits come
-    /// in as zeros. Called in parallel.
-    template <typename Inside>
-    CrossedCells(const GridSize& size, const Inside& inside) : size_(size)
+    /// `fill(bits, words)` sets the bit of every inside sample: bit i % 64 of word i / 64 of the
+    /// row j + size[1] * k, a row having `words` words. They come in as zeros.
+    template <typename Fill>
+    CrossedCells(const GridSize& size, const Fill& fill)
+        : size_(size), n_words_((static_cast<std::size_t>(size[0]) + 63) / 64)
     {
-        allocate();
-        parallel_for(n_rows(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row)
-                inside(row, bits_.data() + row * n_words_);
-        });
+        bits_.assign(n_rows() * n_words_, 0);
+        fill(bits_.data(), n_words_);
     }
 
     std::size_t n_rows() const { return static_cast<std::size_t>(size_[1]) * size_[2]; }
@@ -77,7 +75,6 @@ private:
     using Word = std::uint64_t;
     static constexpr int kAxes = 3;
 
-    void allocate();
     void add_up(const std::vector<RowCounts>& counts);
 
     const Word* row_bits(std::size_t row) const { return bits_.data() + row * n_words_; }

@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "genus/base/vec.h"
-#include "genus/implicit/implicit.h"
 #include "genus/volume/grid.h"
 
 namespace genus {
@@ -38,24 +37,24 @@ Vec3 linear_crossing(const Samples& samples, const GridFrame& frame, int axis, G
     return p;
 }
 
-/// The same where the field itself crosses the level.
+/// The same where the field of the samples itself crosses the level; see FieldSamples.
 template <typename Samples>
-Vec3 exact_crossing(const Samples& samples, const GridFrame& frame, const Implicit& field,
-                    double level, int axis, GridIndex at)
+Vec3 exact_crossing(const Samples& samples, int axis, GridIndex at)
 {
     GridIndex end = at;
     ++end[axis];
     if (!samples.is_true(at[0], at[1], at[2]) || !samples.is_true(end[0], end[1], end[2]))
-        return linear_crossing(samples, frame, axis, at);
+        return linear_crossing(samples, samples.frame(), axis, at);
     const double a = samples.relative(at[0], at[1], at[2]);
     const double b = samples.relative(end[0], end[1], end[2]);
-    Vec3 p = frame.point(at[0] - samples.pad(), at[1] - samples.pad(), at[2] - samples.pad());
+    Vec3 p = samples.point(at[0], at[1], at[2]);
+    const GridFrame& frame = samples.frame();
     const auto place = [&](double t) {
         return frame.origin[axis] + (at[axis] - samples.pad() + t) * frame.spacing[axis];
     };
     const auto value = [&](double t) {
         p[axis] = place(t);
-        return field.value(p) - level;
+        return samples.field().value(p) - samples.level();
     };
     p[axis] = place(find_root(value, a, b));
     return p;

@@ -10,7 +10,9 @@ namespace genus {
 
 namespace {
 
-constexpr double kMostSamples = 0x1p31;
+constexpr double kMostSamples = 0x1p40;
+constexpr double kMostStoredSamples = 0x1p31;
+constexpr double kLongestSide = 0x1p30;
 
 template <typename Value>
 Value blend(const std::array<Value, 8>& corner, const Vec3& part)
@@ -90,22 +92,29 @@ Vec3 Grid::difference(std::int32_t i, std::int32_t j, std::int32_t k) const
     return d;
 }
 
-Grid sample(const Implicit& field, const Box3& box, double cell_size)
+GridLayout cover(const Box3& box, double cell_size)
 {
-    require(cell_size > 0.0 && std::isfinite(cell_size), "sample: cell_size", cell_size,
-            "positive");
-    require(!box.empty() && box.bounded(), "sample: the box is empty or unbounded");
-    GridSize size;
-    GridFrame frame{box.min, {}};
+    require(cell_size > 0.0 && std::isfinite(cell_size), "cell_size", cell_size, "positive");
+    require(!box.empty() && box.bounded(), "grid: the box is empty or unbounded");
+    GridLayout grid{{}, {box.min, {}}};
     double samples = 1.0;
     for (int axis = 0; axis < 3; ++axis) {
         const double cells = std::max(1.0, std::ceil(box.size()[axis] / cell_size));
         samples *= cells + 1.0;
-        require(samples <= kMostSamples, "sample: cell_size", cell_size,
-                "larger: the grid would have more than 2^31 samples");
-        size[axis] = static_cast<std::int32_t>(cells) + 1;
-        frame.spacing[axis] = box.size()[axis] > 0.0 ? box.size()[axis] / cells : cell_size;
+        require(cells < kLongestSide && samples <= kMostSamples, "cell_size", cell_size,
+                "larger: the grid would have too many samples");
+        grid.size[axis] = static_cast<std::int32_t>(cells) + 1;
+        grid.frame.spacing[axis] = box.size()[axis] > 0.0 ? box.size()[axis] / cells : cell_size;
     }
+    return grid;
+}
+
+Grid sample(const Implicit& field, const Box3& box, double cell_size)
+{
+    const auto [size, frame] = cover(box, cell_size);
+    const double samples = 1.0 * size[0] * size[1] * size[2];
+    require(samples <= kMostStoredSamples, "sample: cell_size", cell_size,
+            "larger: the grid would have more than 2^31 samples");
     std::vector<double> values(static_cast<std::size_t>(samples));
     const auto n_rows = static_cast<std::size_t>(size[1]) * size[2];
     parallel_for(n_rows, 64, [&](std::size_t begin, std::size_t end) {

@@ -62,9 +62,17 @@ private:
     GridFrame frame_;
 };
 
-/// Samples `field` on cells of edge length at most `cell_size` that fill `box`. In parallel.
+/// The grid of cells of edge length at most `cell_size` that fill `box`.
+struct GridLayout {
+    GridSize size;
+    GridFrame frame;
+};
 /// Throws InvalidInput if `cell_size` is not positive, `box` is empty or unbounded, or there would
-/// be more than 2^31 samples.
+/// be more than 2^40 samples.
+GridLayout cover(const Box3& box, double cell_size);
+
+/// Samples `field` on the grid of `cover`. In parallel. Throws as `cover` does, and for more than
+/// 2^31 samples.
 Grid sample(const Implicit& field, const Box3& box, double cell_size);
 
 }  // namespace genus

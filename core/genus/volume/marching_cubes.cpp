@@ -3,49 +3,24 @@
 #include <cmath>
 
 #include "genus/base/error.h"
-#include "genus/base/predicates.h"
+#include "genus/volume/cell_case.h"
 #include "genus/volume/crossed_cells.h"
 #include "genus/volume/crossing.h"
-#include "genus/volume/cube_cases.h"
+#include "genus/volume/field_samples.h"
 #include "genus/volume/padded_samples.h"
 
 namespace genus {
 
 namespace {
 
-// Bit f is set where the inside corners of the ambiguous face f are joined: where the bilinear
-// interpolant is below the level at its saddle, that is v0 v2 > v1 v3 with v0, v2 inside. A tie is
-// outside. Exact, hence the same from both sides of the face.
-template <typename Samples>
-std::uint8_t joined_faces(const Samples& samples, const CrossedCells::Cell& cell)
-{
-    std::uint8_t joined = 0;
-    const std::uint8_t ambiguous = ambiguous_faces(cell.cube);
-    for (int face = 0; face < 6; ++face) {
-        if ((ambiguous >> face & 1) == 0) continue;
-        const auto& corner = kCubeFaces[face];
-        const int first = (cell.cube >> corner[0] & 1) != 0 ? 0 : 1;
-        const auto value = [&](int n) {
-            const int c = corner[(first + n) % 4];
-            return samples.relative(cell.i + (c & 1), cell.j + (c >> 1 & 1), cell.k + (c >> 2 & 1));
-        };
-        if (orient2d({{value(0), value(1)}}, {{value(3), value(2)}}, {{0.0, 0.0}}) > 0)
-            joined |= static_cast<std::uint8_t>(1 << face);
-    }
-    return joined;
-}
-
 template <typename Samples, typename Crossing>
 IndexedMesh march(const Samples& samples, const Crossing& crossing)
 {
-    CrossedCells cells(samples.size(), [&](std::size_t row, std::uint64_t* bits) {
-        samples.mark_inside(row, bits);
+    CrossedCells cells(samples.size(), [&](std::uint64_t* bits, std::size_t words) {
+        samples.mark_inside(bits, words);
     });
-    const auto case_of = [&](const CrossedCells::Cell& cell) -> const CubeCase& {
-        return cube_case(cell.cube, joined_faces(samples, cell));
-    };
     cells.number([&](const CrossedCells::Cell& cell) {
-        const CubeCase& found = case_of(cell);
+        const CubeCase& found = case_of(samples, cell);
         return CrossedCells::RowCounts{found.n_inner_vertices, found.n_triangles};
     });
     IndexedMesh mesh;
@@ -62,7 +37,7 @@ IndexedMesh march(const Samples& samples, const Crossing& crossing)
             Triangle* face = mesh.faces.data() + cells.first_triangle(row);
             std::int64_t inner = cells.first_inner_vertex(row);
             cells.visit_row<true>(row, [&](const CrossedCells::Cell& cell) {
-                for (const CubeCase::Loop& loop : case_of(cell).loops) {
+                for (const CubeCase::Loop& loop : case_of(samples, cell).loops) {
                     const auto vertex = [&](std::size_t n) {
                         return cell.vertex[loop.edges[n % loop.edges.size()]];
                     };
@@ -111,11 +86,10 @@ void check(std::span<const Value> values, const GridSize& size, const GridFrame&
 IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
                            const MarchingCubesOptions& options)
 {
-    const Grid grid = sample(field, box, options.cell_size);
-    const PaddedSamples<double> samples(grid.values(), grid.size(), options.level,
-                                        options.close_border);
+    const FieldSamples samples(field, cover(box, options.cell_size), options.level,
+                               options.close_border);
     return march(samples, [&](int axis, int i, int j, int k) {
-        return exact_crossing(samples, grid.frame(), field, options.level, axis, {i, j, k});
+        return exact_crossing(samples, axis, {i, j, k});
     });
 }
 

@@ -24,11 +24,13 @@ struct MarchingCubesOptions {
 /// on its two diagonals the bilinear interpolant of the corner values decides, exactly, so
 /// neighbours agree and the mesh is manifold, and closed with `close_border`. Where a vertex falls
 /// on a grid corner, triangles may have no area.
-/// Time and memory: O(cells); the crossing takes a few dozen evaluations of the field an edge.
+/// Time: O(cells that no interval bound of the field decides), a crossing taking about ten
+/// evaluations; memory: one bit a sample, and the mesh.
 ///
 /// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3. Two sheets in one
 /// cell are kept apart, also where the trilinear interpolant would join them by a tunnel.
-/// Throws InvalidInput if `cell_size` is not positive or `box` is empty.
+/// Throws InvalidInput if `cell_size` is not positive, `box` is empty or unbounded, or the surface
+/// has more than 2^31 vertices.
 IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
                            const MarchingCubesOptions& options = {});
 

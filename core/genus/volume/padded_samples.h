@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "genus/base/parallel.h"
 #include "genus/volume/grid.h"
 
 namespace genus {
@@ -34,8 +35,17 @@ public:
         return static_cast<double>(line(j, k)[i - pad_]) - level_;
     }
 
-    /// Sets the bits of the samples of a row that are below the level.
-    void mark_inside(std::size_t row, std::uint64_t* bits) const
+    /// Sets the bits of the samples below the level, as CrossedCells wants them.
+    void mark_inside(std::uint64_t* bits, std::size_t words) const
+    {
+        const auto n_rows = static_cast<std::size_t>(size_[1]) * size_[2];
+        parallel_for(n_rows, 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t row = begin; row < end; ++row) mark_row(row, bits + row * words);
+        });
+    }
+
+private:
+    void mark_row(std::size_t row, std::uint64_t* bits) const
     {
         const auto j = static_cast<std::int32_t>(row % size_[1]);
         const auto k = static_cast<std::int32_t>(row / size_[1]);
@@ -52,7 +62,6 @@ public:
         }
     }
 
-private:
     bool within(std::int32_t n, int axis) const { return n >= pad_ && n < true_size_[axis] + pad_; }
     const Value* line(std::int32_t j, std::int32_t k) const
     {

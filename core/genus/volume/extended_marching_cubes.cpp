@@ -1,0 +1,213 @@
+#include "genus/volume/extended_marching_cubes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "genus/base/parallel.h"
+#include "genus/volume/cell_case.h"
+#include "genus/volume/crossed_cells.h"
+#include "genus/volume/crossing.h"
+#include "genus/volume/field_samples.h"
+
+namespace genus {
+
+namespace {
+
+constexpr std::size_t kRowsPerTask = 16;
+
+// A fan triangle lies over the rim edge from corner 0 to corner 1 and has its apex in corner 2.
+struct Fan {
+    std::int64_t face;
+    std::uint64_t rim;  // its two vertices, the smaller one first
+};
+
+// What the cells of some rows give. Vertices inside cells are counted from 0 here and written as
+// -1 - n in the faces, until it is known how many the tasks before have.
+struct Part {
+    std::vector<Vec3> inner;
+    std::vector<Triangle> faces;
+    std::vector<Fan> fans;
+};
+
+std::uint64_t rim_key(std::int32_t a, std::int32_t b)
+{
+    const auto [low, high] = std::minmax(a, b);
+    return static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint32_t>(high);
+}
+
+class Extractor {
+public:
+    Extractor(const FieldSamples& samples, const FeatureOptions& features)
+        : samples_(samples),
+          features_(features),
+          cells_(samples.size(),
+                 [&](std::uint64_t* bits, std::size_t words) { samples.mark_inside(bits, words); })
+    {
+        cells_.number([](const CrossedCells::Cell&) { return CrossedCells::RowCounts{}; });
+    }
+
+    IndexedMesh extract()
+    {
+        cross_edges();
+        std::vector<Part> parts((cells_.n_rows() + kRowsPerTask - 1) / kRowsPerTask);
+        parallel_for(cells_.n_rows(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t row = begin; row < end; ++row)
+                cells_.visit_row<true>(row, [&](const CrossedCells::Cell& cell) {
+                    fill_cell(cell, parts[begin / kRowsPerTask]);
+                });
+        });
+        join(parts);
+        flip_across_features(parts);
+        return std::move(mesh_);
+    }
+
+private:
+    void cross_edges();
+    TangentElement tangent_element(int axis, const GridIndex& at) const;
+    void fill_cell(const CrossedCells::Cell& cell, Part& part) const;
+    void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
+                 Part& part) const;
+    void join(std::vector<Part>& parts);
+    void flip_across_features(const std::vector<Part>& parts);
+    bool feature_between(std::int32_t a, std::int32_t b) const;
+
+    const FieldSamples& samples_;
+    const FeatureOptions& features_;
+    CrossedCells cells_;
+    std::vector<TangentElement> elements_;  // of the vertices on grid edges
+    IndexedMesh mesh_;
+};
+
+void Extractor::cross_edges()
+{
+    elements_.resize(cells_.n_vertices());
+    parallel_for(cells_.n_rows(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row)
+            cells_.visit_edges(row, [&](std::int64_t vertex, int axis, int i, int j, int k) {
+                elements_[vertex] = tangent_element(axis, {i, j, k});
+            });
+    });
+    mesh_.vertices.reserve(elements_.size());
+    for (const TangentElement& e : elements_) mesh_.vertices.push_back(e.point);
+}
+
+TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
+{
+    GridIndex end = at;
+    ++end[axis];
+    const Vec3 p = exact_crossing(samples_, axis, at);
+    // On the border of the grid the surface is the border.
+    Vec3 border;
+    if (!samples_.is_true(at[0], at[1], at[2])) border[axis] = -1.0;
+    if (!samples_.is_true(end[0], end[1], end[2])) border[axis] = 1.0;
+    if (border != Vec3{}) return {p, border, -1};
+    return {p, normalized(samples_.field().gradient(p)), samples_.field().piece(p)};
+}
+
+void Extractor::fill_cell(const CrossedCells::Cell& cell, Part& part) const
+{
+    for (const CubeCase::Loop& loop : case_of(samples_, cell).loops) {
+        std::vector<std::int32_t> rim;
+        std::vector<TangentElement> elements;
+        for (const std::uint8_t e : loop.edges) {
+            rim.push_back(cell.vertex[e]);
+            elements.push_back(elements_[rim.back()]);
+        }
+        const Box3 box{samples_.point(cell.i, cell.j, cell.k),
+                       samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
+        if (const auto feature =
+                feature_vertex(samples_.field(), samples_.level(), elements, box, features_)) {
+            add_fan(rim, *feature, true, part);
+        } else if (loop.triangles.empty()) {
+            Vec3 sum;
+            for (const TangentElement& e : elements) sum += e.point;
+            add_fan(rim, sum / static_cast<double>(rim.size()), false, part);
+        } else {
+            for (const auto& t : loop.triangles)
+                part.faces.push_back({rim[t[0]], rim[t[1]], rim[t[2]]});
+        }
+    }
+}
+
+void Extractor::add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
+                        Part& part) const
+{
+    const auto number = -1 - static_cast<std::int32_t>(part.inner.size());
+    part.inner.push_back(apex);
+    for (std::size_t n = 0; n < rim.size(); ++n) {
+        const std::int32_t a = rim[n], b = rim[(n + 1) % rim.size()];
+        if (feature)
+            part.fans.push_back({static_cast<std::int64_t>(part.faces.size()), rim_key(a, b)});
+        part.faces.push_back({a, b, number});
+    }
+}
+
+void Extractor::join(std::vector<Part>& parts)
+{
+    for (Part& part : parts) {
+        const auto first_inner = static_cast<std::int32_t>(mesh_.vertices.size());
+        const auto first_face = static_cast<std::int64_t>(mesh_.faces.size());
+        mesh_.vertices.insert(mesh_.vertices.end(), part.inner.begin(), part.inner.end());
+        for (Triangle face : part.faces) {
+            if (face[2] < 0) face[2] = first_inner - 1 - face[2];
+            mesh_.faces.push_back(face);
+        }
+        for (Fan& fan : part.fans) fan.face += first_face;
+    }
+}
+
+// Does the sharp edge pass between two neighbouring crossings?
+bool Extractor::feature_between(std::int32_t a, std::int32_t b) const
+{
+    return dot(elements_[a].normal, elements_[b].normal) < features_.theta_sharp;
+}
+
+// Two fans over one rim edge: join their apexes instead, unless they are joined already.
+//
+//       b                 b
+//     / | \             /   \        each fan triangle has one rim edge, so flips do not
+//    f  |  g    -->    f --- g       touch each other
+//     \ | /             \   /
+//       a                 a
+void Extractor::flip_across_features(const std::vector<Part>& parts)
+{
+    std::vector<Fan> fans;
+    for (const Part& part : parts) fans.insert(fans.end(), part.fans.begin(), part.fans.end());
+    std::sort(fans.begin(), fans.end(), [](const Fan& x, const Fan& y) {
+        return x.rim != y.rim ? x.rim < y.rim : x.face < y.face;
+    });
+    struct Flip {
+        std::uint64_t apexes;
+        std::int64_t first, second;
+    };
+    std::vector<Flip> flips;
+    for (std::size_t n = 0; n + 1 < fans.size(); ++n) {
+        if (fans[n].rim != fans[n + 1].rim) continue;
+        const Triangle &x = mesh_.faces[fans[n].face], &y = mesh_.faces[fans[n + 1].face];
+        if (x[2] != y[2] && feature_between(x[0], x[1]))
+            flips.push_back({rim_key(x[2], y[2]), fans[n].face, fans[n + 1].face});
+    }
+    std::sort(flips.begin(), flips.end(), [](const Flip& x, const Flip& y) {
+        return x.apexes != y.apexes ? x.apexes < y.apexes : x.first < y.first;
+    });
+    for (std::size_t n = 0; n < flips.size(); ++n) {
+        if (n > 0 && flips[n].apexes == flips[n - 1].apexes) continue;
+        Triangle &x = mesh_.faces[flips[n].first], &y = mesh_.faces[flips[n].second];
+        const auto [a, b, f] = x;
+        const std::int32_t g = y[2];
+        x = {a, g, f};
+        y = {b, f, g};
+    }
+}
+
+}  // namespace
+
+IndexedMesh extended_marching_cubes(const Implicit& field, const Box3& box,
+                                    const ExtendedMarchingCubesOptions& options)
+{
+    const FieldSamples samples(field, cover(box, options.cell_size), options.level,
+                               options.close_border);
+    return Extractor(samples, options.features).extract();
+}
+
+}  // namespace genus

@@ -1,0 +1,157 @@
+#include "genus/volume/feature_vertex.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace genus {
+
+namespace {
+
+using Matrix3 = std::array<Vec3, 3>;  // rows
+
+struct Eigen3 {
+    Vec3 values;
+    Matrix3 vectors;  // one a row
+};
+
+// Jacobi rotations on a symmetric matrix.
+Eigen3 eigen(Matrix3 a)
+{
+    Matrix3 v{{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
+    constexpr std::array<std::pair<int, int>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
+    for (int sweep = 0; sweep < 12; ++sweep)
+        for (const auto& [p, q] : kPairs) {
+            if (a[p][q] == 0.0) continue;
+            const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            const double t =
+                std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1.0));
+            const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
+            for (int k = 0; k < 3; ++k) {
+                const double kp = a[k][p], kq = a[k][q];
+                a[k][p] = c * kp - s * kq;
+                a[k][q] = s * kp + c * kq;
+            }
+            for (int k = 0; k < 3; ++k) {
+                const double pk = a[p][k], qk = a[q][k];
+                a[p][k] = c * pk - s * qk;
+                a[q][k] = s * pk + c * qk;
+            }
+            const Vec3 vp = v[p], vq = v[q];
+            v[p] = vp * c - vq * s;
+            v[q] = vp * s + vq * c;
+        }
+    return {{{a[0][0], a[1][1], a[2][2]}}, v};
+}
+
+enum class Feature { None, Edge, Corner };
+
+Feature feature_kind(std::span<const TangentElement> elements, const FeatureOptions& options)
+{
+    double least = 1.0;
+    Vec3 axis;
+    for (std::size_t i = 0; i < elements.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (const double c = dot(elements[i].normal, elements[j].normal); c < least) {
+                least = c;
+                axis = normalized(cross(elements[i].normal, elements[j].normal));
+            }
+    if (least >= options.theta_sharp) return Feature::None;
+    double lean = 0.0;
+    for (const TangentElement& e : elements) lean = std::max(lean, std::fabs(dot(e.normal, axis)));
+    return lean > options.phi_corner ? Feature::Corner : Feature::Edge;
+}
+
+// x with n . (x - p) = 0 for each row (n, n . p), nearest to `start`; `rank` singular values count.
+Vec3 nearest_solution(std::span<const TangentElement> elements, const Vec3& start, int rank)
+{
+    Matrix3 normal_matrix{};
+    Vec3 right;
+    for (const TangentElement& e : elements) {
+        const double offset = dot(e.normal, e.point - start);
+        for (int i = 0; i < 3; ++i) normal_matrix[i] += e.normal * e.normal[i];
+        right += e.normal * offset;
+    }
+    const Eigen3 system = eigen(normal_matrix);
+    std::array<int, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return system.values[a] > system.values[b]; });
+    Vec3 x = start;
+    for (int k = 0; k < rank; ++k) {
+        const int e = order[k];
+        // Planes that nearly agree say nothing in this direction.
+        if (system.values[e] <= 1e-9 * system.values[order[0]]) break;
+        x += system.vectors[e] * (dot(system.vectors[e], right) / system.values[e]);
+    }
+    return x;
+}
+
+Vec3 mean_point(std::span<const TangentElement> elements)
+{
+    Vec3 sum;
+    for (const TangentElement& e : elements) sum += e.point;
+    return sum / static_cast<double>(elements.size());
+}
+
+// Newton steps of least norm towards the common zero of two or three pieces.
+std::optional<Vec3> meet(const Implicit& field, const std::vector<std::int32_t>& pieces, Vec3 x,
+                         const Box3& region)
+{
+    constexpr int kMostSteps = 20;
+    const double settled = 1e-15 * (norm(x) + region.diagonal());
+    for (int step = 0; step < kMostSteps; ++step) {
+        std::vector<TangentElement> planes;
+        for (const std::int32_t piece : pieces) {
+            const Vec3 g = field.piece_gradient(piece, x);
+            const double length = norm(g);
+            if (!(length > 0.0)) return std::nullopt;
+            const Vec3 n = g / length;
+            planes.push_back({x - n * (field.piece_value(piece, x) / length), n, piece});
+        }
+        const Vec3 next = nearest_solution(planes, x, static_cast<int>(pieces.size()));
+        const double moved = distance(next, x);
+        x = next;
+        if (!region.contains(x)) return std::nullopt;
+        if (moved <= settled) return x;
+    }
+    return std::nullopt;
+}
+
+std::vector<std::int32_t> pieces_of(std::span<const TangentElement> elements)
+{
+    std::vector<std::int32_t> pieces;
+    for (const TangentElement& e : elements) pieces.push_back(e.piece);
+    std::sort(pieces.begin(), pieces.end());
+    pieces.erase(std::unique(pieces.begin(), pieces.end()), pieces.end());
+    return pieces;
+}
+
+}  // namespace
+
+std::optional<Vec3> feature_point(std::span<const TangentElement> elements,
+                                  const FeatureOptions& options)
+{
+    const Feature kind = feature_kind(elements, options);
+    if (kind == Feature::None) return std::nullopt;
+    return nearest_solution(elements, mean_point(elements), kind == Feature::Corner ? 3 : 2);
+}
+
+std::optional<Vec3> feature_vertex(const Implicit& field, double level,
+                                   std::span<const TangentElement> elements, const Box3& cell,
+                                   const FeatureOptions& options)
+{
+    const std::optional<Vec3> start = feature_point(elements, options);
+    if (!start) return std::nullopt;
+    const Box3 region{cell.min - cell.size() * 0.25, cell.max + cell.size() * 0.25};
+    const std::vector<std::int32_t> pieces = pieces_of(elements);
+    // A piece may enter negated, so which of its levels belongs to another level of the field than
+    // zero is not known.
+    if (pieces.front() >= 0 && (pieces.size() == 2 || pieces.size() == 3) && level == 0.0)
+        if (const auto exact = meet(field, pieces, *start, region)) return exact;
+    Vec3 x = *start;
+    for (int i = 0; i < 3; ++i) x[i] = std::clamp(x[i], cell.min[i], cell.max[i]);
+    return x;
+}
+
+}  // namespace genus

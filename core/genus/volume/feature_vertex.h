@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "genus/base/box.h"
+#include "genus/base/vec.h"
+#include "genus/implicit/implicit.h"
+
+namespace genus {
+
+/// A point of the surface with its tangent plane.
+struct TangentElement {
+    Vec3 point;
+    Vec3 normal;         // unit length, outward
+    std::int32_t piece;  // of the field, see Implicit::piece; -1 where there is none
+};
+
+struct FeatureOptions {
+    /// A sharp edge runs through a cell if two normals of it have an inner product below this.
+    double theta_sharp = 0.9;
+    /// A corner lies in it if some normal leans out of the plane of those two by a sine above this.
+    double phi_corner = 0.7;
+};
+
+/// The point where the tangent planes of a cell with a sharp edge or corner meet; none where the
+/// normals lie in one cone. Least squares with the smallest singular value taken as zero along an
+/// edge, so the point on the edge nearest to the mean of the elements.
+///
+/// Implements [kobbelt2001], section 4.
+std::optional<Vec3> feature_point(std::span<const TangentElement> elements,
+                                  const FeatureOptions& options = {});
+
+/// The same, moved by Newton's method onto the crossing of those smooth pieces of the field that
+/// the elements lie on: an edge of a tree of quadrics is met to the last digits. Stays within
+/// `cell`, grown by a quarter; if the pieces do not cross there, it is the point of the tangent
+/// planes, moved to the cell.
+std::optional<Vec3> feature_vertex(const Implicit& field, double level,
+                                   std::span<const TangentElement> elements, const Box3& cell,
+                                   const FeatureOptions& options = {});
+
+}  // namespace genus

@@ -1,0 +1,199 @@
+#include "genus/volume/extended_marching_cubes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "genus/implicit/quadric.h"
+#include "genus/mesh/measure.h"
+#include "genus/mesh/topology.h"
+#include "genus/mesh/validate.h"
+#include "genus/volume/marching_cubes.h"
+
+namespace genus {
+namespace {
+
+// The common part of quadric solids, some of them turned inside out.
+class Meet final : public Implicit {
+public:
+    struct Part {
+        Quadric quadric;
+        double sign = 1.0;
+    };
+    explicit Meet(std::vector<Part> parts) : parts_(std::move(parts)) {}
+
+    double value(const Vec3& p) const override
+    {
+        const std::int32_t n = piece(p);
+        return parts_[n].sign * parts_[n].quadric.value(p);
+    }
+    Vec3 gradient(const Vec3& p) const override
+    {
+        const std::int32_t n = piece(p);
+        return parts_[n].quadric.gradient(p) * parts_[n].sign;
+    }
+    Interval bound(const Box3& box) const override
+    {
+        Interval range(-1e300, -1e300);
+        for (const Part& part : parts_)
+            range = max(range, part.quadric.bound(box) * Interval(part.sign));
+        return range;
+    }
+    IntervalVec3 gradient_bound(const Box3&) const override
+    {
+        return {Interval::everything(), Interval::everything(), Interval::everything()};
+    }
+    std::int32_t piece(const Vec3& p) const override
+    {
+        std::int32_t best = 0;
+        for (std::size_t n = 1; n < parts_.size(); ++n)
+            if (signed_value(n, p) > signed_value(best, p)) best = static_cast<std::int32_t>(n);
+        return best;
+    }
+    double piece_value(std::int32_t n, const Vec3& p) const override
+    {
+        return parts_[n].quadric.value(p);
+    }
+    Vec3 piece_gradient(std::int32_t n, const Vec3& p) const override
+    {
+        return parts_[n].quadric.gradient(p);
+    }
+
+private:
+    double signed_value(std::size_t n, const Vec3& p) const
+    {
+        return parts_[n].sign * parts_[n].quadric.value(p);
+    }
+    std::vector<Part> parts_;
+};
+
+std::vector<Meet::Part> box_parts(double half)
+{
+    std::vector<Meet::Part> parts;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0}) {
+            Vec3 normal;
+            normal[axis] = sign;
+            parts.push_back({Quadric::half_space(normal, half)});
+        }
+    return parts;
+}
+
+// Odd sides keep planes of the solid off the planes of the grid.
+const Box3 kBox{{{-1.313, -1.271, -1.297}}, {{1.279, 1.307, 1.263}}};
+
+ExtendedMarchingCubesOptions cells(double size)
+{
+    ExtendedMarchingCubesOptions options;
+    options.cell_size = size;
+    return options;
+}
+
+void expect_sound(const IndexedMesh& mesh)
+{
+    const Topology t = topology(mesh);
+    EXPECT_TRUE(t.closed && t.oriented && t.manifold);
+}
+
+TEST(ExtendedMarchingCubes, MakesACubeWithItsTrueEdgesAndCorners)
+{
+    const IndexedMesh mesh = extended_marching_cubes(Meet(box_parts(1.0)), kBox, cells(0.11));
+    expect_sound(mesh);
+    EXPECT_EQ(topology(mesh).euler, 2);
+    EXPECT_TRUE(validate(mesh).ok());
+    EXPECT_NEAR(volume(mesh), 8.0, 1e-13);
+    EXPECT_NEAR(measure(mesh).area, 24.0, 1e-12);
+    int corners = 0;
+    for (const Vec3& v : mesh.vertices)
+        corners += std::fabs(v[0]) > 1 - 1e-14 && std::fabs(v[1]) > 1 - 1e-14 &&
+                   std::fabs(v[2]) > 1 - 1e-14;
+    EXPECT_EQ(corners, 8);
+}
+
+TEST(ExtendedMarchingCubes, MeetsTheEdgesOfABoredBoxToTheLastDigits)
+{
+    auto parts = box_parts(1.0);
+    parts.push_back({Quadric::cylinder(0.6), -1.0});
+    const Meet field(parts);
+    const IndexedMesh mesh = extended_marching_cubes(field, kBox, cells(0.07));
+    expect_sound(mesh);
+    EXPECT_EQ(topology(mesh).genus, 1);
+    // Along the rims of the bore, z = +-1 and x^2 + y^2 = 0.36.
+    int rim = 0;
+    double largest = 0.0;
+    for (const Vec3& v : mesh.vertices) {
+        const double bore = std::hypot(v[0], v[1]) - 0.6, face = std::fabs(v[2]) - 1.0;
+        if (std::fabs(bore) > 1e-3 || std::fabs(face) > 1e-3) continue;
+        ++rim;
+        if (std::fabs(face) < 1e-6) largest = std::max(largest, std::fabs(bore));
+    }
+    EXPECT_GT(rim, 100);
+    EXPECT_LT(largest, 1e-12);
+}
+
+TEST(ExtendedMarchingCubes, VolumeOfABoredBoxConvergesWithTheSquareOfTheCell)
+{
+    auto parts = box_parts(1.0);
+    parts.push_back({Quadric::cylinder(0.6), -1.0});
+    const Meet field(parts);
+    const double exact = 8.0 - 2 * 0.36 * std::numbers::pi;
+    const auto error = [&](double h) {
+        return std::fabs(volume(extended_marching_cubes(field, kBox, cells(h))) - exact);
+    };
+    const double coarse = error(0.16), fine = error(0.04);
+    EXPECT_NEAR(std::log2(coarse / fine) / 2, 2.0, 0.35);
+}
+
+TEST(ExtendedMarchingCubes, ReachesCornersThatMarchingCubesCutsOffByAShareOfACell)
+{
+    const Meet field(box_parts(1.0));
+    const auto miss = [](const IndexedMesh& mesh) {
+        double nearest = 1e9;
+        for (const Vec3& v : mesh.vertices)
+            nearest = std::min(nearest, distance(v, Vec3{{1, 1, 1}}));
+        return nearest;
+    };
+    for (const double h : {0.2, 0.1, 0.05}) {
+        MarchingCubesOptions plain;
+        plain.cell_size = h;
+        EXPECT_GT(miss(marching_cubes(field, kBox, plain)), 0.1 * h);
+        EXPECT_LT(miss(extended_marching_cubes(field, kBox, cells(h))), 1e-14);
+    }
+}
+
+TEST(ExtendedMarchingCubes, LeavesASmoothSurfaceToMarchingCubes)
+{
+    const Quadric ball = Quadric::sphere(1.0);
+    MarchingCubesOptions plain;
+    plain.cell_size = 0.1;
+    EXPECT_EQ(volume(extended_marching_cubes(ball, kBox, cells(0.1))),
+              volume(marching_cubes(ball, kBox, plain)));
+}
+
+TEST(ExtendedMarchingCubes, SteinmetzSolidHasTheVolumeOfArchimedes)
+{
+    // Two cylinders of radius 1 at a right angle: 16/3; and their tangent crossings.
+    const Quadric upright = Quadric::cylinder(1.0);
+    const Quadric lying = transformed(upright, rotation_x(90));
+    const Meet field({{upright}, {lying}});
+    const IndexedMesh mesh = extended_marching_cubes(field, kBox, cells(0.05));
+    expect_sound(mesh);
+    EXPECT_EQ(topology(mesh).euler, 2);
+    EXPECT_NEAR(volume(mesh), 16.0 / 3.0, 5e-3);
+}
+
+TEST(FeaturePoint, IsWhereThePlanesMeet)
+{
+    const TangentElement x{{{1, 5, 3}}, {{1, 0, 0}}, 0}, y{{{4, 2, 7}}, {{0, 1, 0}}, 1};
+    const TangentElement z{{{0, 0, 3}}, {{0, 0, 1}}, 2};
+    const TangentElement corner[] = {x, y, z}, edge[] = {x, y}, plane[] = {x, x};
+    const Vec3 c = *feature_point(corner);
+    EXPECT_NEAR(distance(c, {{1, 2, 3}}), 0.0, 1e-12);
+    const Vec3 e = *feature_point(edge);  // free along z: nearest to the mean of the points
+    EXPECT_NEAR(distance(e, {{1, 2, 5}}), 0.0, 1e-12);
+    EXPECT_FALSE(feature_point(plane));
+}
+
+}  // namespace
+}  // namespace genus
