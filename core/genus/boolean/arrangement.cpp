@@ -1,0 +1,624 @@
+#include "genus/boolean/arrangement.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+
+#include "genus/base/error.h"
+#include "genus/base/parallel.h"
+#include "genus/base/progress.h"
+#include "genus/boolean/box_tree.h"
+#include "genus/boolean/contact.h"
+#include "genus/boolean/planar_triangulation.h"
+#include "genus/mesh/disjoint_sets.h"
+
+namespace genus::exact {
+
+namespace {
+
+using Index = std::int32_t;
+using EdgeKey = std::uint64_t;
+
+constexpr int kEdgeCarrier = -2;
+
+int next(int i)
+{
+    return i == 2 ? 0 : i + 1;
+}
+
+EdgeKey edge_key(Index a, Index b)
+{
+    if (a > b) std::swap(a, b);
+    return static_cast<EdgeKey>(a) << 32 | static_cast<std::uint32_t>(b);
+}
+
+std::uint64_t mixed(std::uint64_t h)
+{
+    h ^= h >> 31;
+    h *= 0x9E3779B97F4A7C15ull;
+    h ^= h >> 29;
+    return h;
+}
+
+std::uint64_t hash_of(const std::array<std::int64_t, 3>& fixed)
+{
+    std::uint64_t h = 0;
+    for (const std::int64_t c : fixed) h = mixed(h + static_cast<std::uint64_t>(c) + 0x51ull);
+    return h;
+}
+
+std::array<std::int64_t, 3> fixed_of(const Vec3& p)
+{
+    std::array<std::int64_t, 3> fixed;
+    for (int k = 0; k < 3; ++k) fixed[k] = static_cast<std::int64_t>(p[k]) * 1024;
+    return fixed;
+}
+
+// Numbers points so that equal points get one number.
+class PointTable {
+public:
+    explicit PointTable(Arrangement& arrangement) : out_(arrangement) {}
+
+    /// The first grid point equal to point `index`, which may be itself.
+    Index add_grid_point(Index index)
+    {
+        return find_or_add(fixed_of(out_.points[index].approx), out_.points[index], index);
+    }
+    Index add(const ExactPoint& point)
+    {
+        const auto number = static_cast<Index>(out_.points.size());
+        const Index found = find_or_add(point.fixed, {point.approximate(), &point}, number);
+        if (found == number) {
+            out_.exact.push_back(point);
+            out_.points.push_back({point.approximate(), &out_.exact.back()});
+        }
+        return found;
+    }
+
+private:
+    Index find_or_add(const std::array<std::int64_t, 3>& fixed, const PointRef& p, Index number)
+    {
+        const std::uint64_t h = hash_of(fixed);
+        const auto [begin, end] = table_.equal_range(h);
+        for (auto it = begin; it != end; ++it)
+            if (same_point(out_.points[it->second], p)) return it->second;
+        table_.emplace(h, number);
+        return number;
+    }
+
+    Arrangement& out_;
+    std::unordered_multimap<std::uint64_t, Index> table_;
+};
+
+// An intersection point by what makes it: an edge and a face, or two edges.
+struct Recipe {
+    EdgeKey edge;
+    EdgeKey other;  // a second edge, or a face number
+    bool two_edges;
+    auto operator<=>(const Recipe&) const = default;
+};
+
+struct Meeting {
+    Index f;
+    Index g;
+    Contact contact;
+};
+
+struct PointOnEdge {
+    EdgeKey edge;
+    Index point;
+    auto operator<=>(const PointOnEdge&) const = default;
+};
+struct PointInFace {
+    Index face;
+    Index point;
+    auto operator<=>(const PointInFace&) const = default;
+};
+struct SegmentInFace {
+    Index face;
+    Index from;
+    Index to;
+    Index other;  // the face that makes it
+    auto operator<=>(const SegmentInFace&) const = default;
+};
+
+template <class T>
+void sort_unique(std::vector<T>& items)
+{
+    std::sort(items.begin(), items.end());
+    items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
+// Entries of a sorted list whose member `key` equals `value`.
+template <class T, class K>
+std::pair<std::size_t, std::size_t> range_of(const std::vector<T>& list, K T::*key, K value)
+{
+    const auto low = std::lower_bound(list.begin(), list.end(), value,
+                                      [&](const T& t, K v) { return t.*key < v; });
+    auto high = low;
+    while (high != list.end() && (*high).*key == value) ++high;
+    return {low - list.begin(), high - list.begin()};
+}
+
+// What cutting one group of coplanar faces gives, with corners numbered by the group.
+struct GroupCells {
+    std::vector<Triangle> corners;
+    std::vector<std::vector<Arrangement::Cover>> covers;  // empty list: not covered
+    std::vector<Index> known;  // group's number of a point: its number, or -1 - new one
+    std::deque<ExactPoint> created;
+};
+
+class Arranger {
+public:
+    explicit Arranger(const Soup& soup) : soup_(soup), table_(out_) {}
+
+    Arrangement run()
+    {
+        start();
+        find_meetings();
+        make_points();
+        register_events();
+        wake_neighbors();
+        group_faces();
+        cut_groups();
+        return std::move(out_);
+    }
+
+    void start()
+    {
+        out_.points.reserve(soup_.points.size());
+        for (const Vec3& p : soup_.points) out_.points.push_back({p, nullptr});
+        out_.first_equal.resize(soup_.points.size());
+        std::iota(out_.first_equal.begin(), out_.first_equal.end(), 0);
+        out_.passive.assign(soup_.faces.size(), 1);
+        out_.first_cell.assign(soup_.faces.size(), -1);
+        for (std::size_t f = 0; f < soup_.faces.size(); ++f)
+            for (int i = 0; i < 3; ++i)
+                if (soup_.twin[3 * f + i] < 0) out_.passive[f] = 0;
+    }
+
+    Corners corners(Index f) const
+    {
+        Corners c;
+        for (int i = 0; i < 3; ++i) {
+            c.id[i] = corner(f, i);
+            c.at[i] = &soup_.points[c.id[i]];
+        }
+        return c;
+    }
+
+    // Are the corners of t that s has not all strictly on one side of s?
+    bool one_sided(const Triangle& s, const Triangle& t) const
+    {
+        const auto at = [&](Index v) -> const Vec3& { return soup_.points[v]; };
+        int side = 0;
+        for (const Index v : t) {
+            if (v == s[0] || v == s[1] || v == s[2]) continue;
+            const int here = side_of_plane(at(s[0]), at(s[1]), at(s[2]), at(v));
+            if (here == 0 || here == -side) return false;
+            side = here;
+        }
+        return side != 0;
+    }
+
+    // False if the faces certainly meet in nothing but corners that are one in their operand.
+    bool may_meet(Index f, Index g) const
+    {
+        const auto& a = soup_.faces[f];
+        const auto& b = soup_.faces[g];
+        return !one_sided(a, b) && !one_sided(b, a);
+    }
+
+    void find_meetings()
+    {
+        const std::size_t n = soup_.faces.size();
+        std::vector<FloatBox> boxes(n);
+        parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t f = begin; f < end; ++f) {
+                const auto& t = soup_.faces[f];
+                boxes[f] = box_of(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+            }
+        });
+        const bool within = std::any_of(soup_.crosses_itself.begin(), soup_.crosses_itself.end(),
+                                        [](char c) { return c != 0; });
+        out_.tree = BoxTree(std::move(boxes), soup_.operand);
+        const auto pairs = out_.tree.pairs(within, [&](Index f, Index g) {
+            if (soup_.operand[f] == soup_.operand[g] &&
+                (!within || !soup_.crosses_itself[soup_.operand[f]]))
+                return false;
+            return may_meet(f, g);
+        });
+        out_.n_candidate_pairs = static_cast<std::int64_t>(pairs.size());
+        for (std::size_t f = 0; f < n; ++f)
+            if (!out_.passive[f]) enter_corners(static_cast<Index>(f));
+        for (const auto& [f, g] : pairs) {
+            enter_corners(f);
+            enter_corners(g);
+        }
+
+        meetings_.resize(pairs.size());
+        parallel_for(pairs.size(), 256, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto [f, g] = pairs[i];
+                meetings_[i] = {f, g, find_contact(corners(f), corners(g))};
+            }
+        });
+        const auto idle = [](const Meeting& m) {
+            return m.contact.n_events < 2 && m.contact.trivial();
+        };
+        meetings_.erase(std::remove_if(meetings_.begin(), meetings_.end(), idle), meetings_.end());
+    }
+
+    void enter_corners(Index f)
+    {
+        for (const Index v : soup_.faces[f])
+            if (out_.first_equal[v] == v) out_.first_equal[v] = table_.add_grid_point(v);
+    }
+
+    Index corner(Index f, int i) const { return out_.first_equal[soup_.faces[f][i]]; }
+    EdgeKey edge(Index f, int i) const { return edge_key(corner(f, i), corner(f, next(i))); }
+
+    bool is_corner(const Contact::Event& e) const { return e.on_f < 3 || e.on_g < 3; }
+
+    Recipe recipe(const Meeting& m, const Contact::Event& e) const
+    {
+        if (e.on_g == Contact::kInside)
+            return {edge(m.f, e.on_f - 3), static_cast<EdgeKey>(m.g), false};
+        if (e.on_f == Contact::kInside)
+            return {edge(m.g, e.on_g - 3), static_cast<EdgeKey>(m.f), false};
+        const auto [low, high] = std::minmax({edge(m.f, e.on_f - 3), edge(m.g, e.on_g - 3)});
+        return {low, high, true};
+    }
+
+    Plane plane(Index f) const
+    {
+        const auto& t = soup_.faces[f];
+        return plane_through(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+    }
+
+    ExactPoint make(const Recipe& r) const
+    {
+        const auto at = [&](EdgeKey key, bool second) -> const Vec3& {
+            return soup_.points[second ? static_cast<std::uint32_t>(key)
+                                       : static_cast<std::uint32_t>(key >> 32)];
+        };
+        if (r.two_edges)
+            return two_lines(at(r.edge, false), at(r.edge, true), at(r.other, false),
+                             at(r.other, true));
+        return line_and_plane(at(r.edge, false), at(r.edge, true),
+                              plane(static_cast<Index>(r.other)));
+    }
+
+    void make_points()
+    {
+        for (const Meeting& m : meetings_)
+            for (int i = 0; i < m.contact.n_events; ++i)
+                if (!is_corner(m.contact.events[i]))
+                    recipes_.push_back(recipe(m, m.contact.events[i]));
+        sort_unique(recipes_);
+        std::vector<ExactPoint> made(recipes_.size());
+        parallel_for(recipes_.size(), 256, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) made[i] = make(recipes_[i]);
+        });
+        recipe_point_.reserve(recipes_.size());
+        for (const ExactPoint& point : made) recipe_point_.push_back(table_.add(point));
+    }
+
+    Index point_of(const Meeting& m, const Contact::Event& e) const
+    {
+        if (e.on_f < 3) return corner(m.f, e.on_f);
+        if (e.on_g < 3) return corner(m.g, e.on_g);
+        const auto it = std::lower_bound(recipes_.begin(), recipes_.end(), recipe(m, e));
+        return recipe_point_[it - recipes_.begin()];
+    }
+
+    void register_at(Index face, int place, Index point)
+    {
+        if (place == Contact::kInside)
+            in_face_.push_back({face, point});
+        else if (place > 2) {
+            on_edge_.push_back({edge(face, place - 3), point});
+            touched_edges_.push_back(3 * face + place - 3);
+        }
+    }
+
+    // Both places on one closed edge of the face?
+    static bool along_edge(int a, int b)
+    {
+        for (int i = 0; i < 3; ++i) {
+            const auto on = [&](int place) {
+                return place == i || place == next(i) || place == 3 + i;
+            };
+            if (on(a) && on(b)) return true;
+        }
+        return false;
+    }
+
+    void register_events()
+    {
+        out_.n_contacts = static_cast<std::int64_t>(meetings_.size());
+        for (const Meeting& m : meetings_) {
+            const Contact& c = m.contact;
+            if (c.trivial() && joined_by_twins(m)) continue;
+            out_.passive[m.f] = out_.passive[m.g] = 0;
+            std::array<Index, 16> points;
+            for (int i = 0; i < c.n_events; ++i) {
+                points[i] = point_of(m, c.events[i]);
+                register_at(m.f, c.events[i].on_f, points[i]);
+                register_at(m.g, c.events[i].on_g, points[i]);
+            }
+            if (c.coplanar) {
+                coplanar_.push_back({m.f, m.g});
+                continue;
+            }
+            if (c.n_events < 2 || points[0] == points[1]) continue;
+            const auto [low, high] = std::minmax(points[0], points[1]);
+            if (!along_edge(c.events[0].on_f, c.events[1].on_f))
+                segments_.push_back({m.f, low, high, m.g});
+            if (!along_edge(c.events[0].on_g, c.events[1].on_g))
+                segments_.push_back({m.g, low, high, m.f});
+        }
+        meetings_.clear();
+        sort_unique(on_edge_);
+        sort_unique(in_face_);
+        sort_unique(segments_);
+    }
+
+    bool joined_by_twins(const Meeting& m) const
+    {
+        for (int i = 0; i < 3; ++i)
+            if (soup_.twin[3 * m.f + i] >= 0 && soup_.twin[3 * m.f + i] / 3 == m.g) return true;
+        return false;
+    }
+
+    // Faces beyond an edge with new points have to be cut as well.
+    void wake_neighbors()
+    {
+        for (const Index h : touched_edges_)
+            if (soup_.twin[h] >= 0) out_.passive[soup_.twin[h] / 3] = 0;
+    }
+
+    void group_faces()
+    {
+        DisjointSets sets(static_cast<Index>(soup_.faces.size()));
+        for (const auto& [f, g] : coplanar_) sets.unite(f, g);
+        std::vector<std::pair<Index, Index>> members;
+        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f)
+            if (!out_.passive[f]) members.push_back({sets.find(f), f});
+        std::sort(members.begin(), members.end());
+        for (std::size_t i = 0; i < members.size(); ++i) {
+            if (i == 0 || members[i].first != members[i - 1].first)
+                group_start_.push_back(static_cast<Index>(i));
+            group_faces_.push_back(members[i].second);
+        }
+        group_start_.push_back(static_cast<Index>(members.size()));
+    }
+
+    // Points of edge i of f from corner i to the next, both included.
+    std::vector<Index> chain(Index f, int i) const
+    {
+        const Index from = corner(f, i);
+        const Index to = corner(f, next(i));
+        std::vector<Index> points{from};
+        const auto [begin, end] = range_of(on_edge_, &PointOnEdge::edge, edge_key(from, to));
+        for (std::size_t p = begin; p < end; ++p)
+            if (on_edge_[p].point != from && on_edge_[p].point != to)
+                points.push_back(on_edge_[p].point);
+        points.push_back(to);
+        if (points.size() == 2) return points;
+        int axis = 0;
+        const Vec3 d = soup_.points[to] - soup_.points[from];
+        for (int k = 1; k < 3; ++k)
+            if (std::abs(d[k]) > std::abs(d[axis])) axis = k;
+        const int way = d[axis] > 0 ? -1 : 1;
+        std::sort(points.begin() + 1, points.end() - 1, [&](Index a, Index b) {
+            return compare_coordinate(axis, out_.points[a], out_.points[b]) == way;
+        });
+        return points;
+    }
+
+    void cut_groups()
+    {
+        const std::size_t n = group_start_.size() - 1;
+        std::vector<GroupCells> cut(n);
+        parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t g = begin; g < end; ++g)
+                cut[g] = cut_group(group_start_[g], group_start_[g + 1]);
+        });
+        for (std::size_t g = 0; g < n; ++g) {
+            collect(cut[g], group_faces_[group_start_[g]]);
+            cut[g] = {};
+        }
+    }
+
+    void collect(const GroupCells& group, Index plane_face)
+    {
+        std::vector<Index> number(group.known.size());
+        for (std::size_t i = 0; i < number.size(); ++i)
+            number[i] = group.known[i] >= 0 ? group.known[i]
+                                            : table_.add(group.created[-1 - group.known[i]]);
+        const std::size_t first = out_.cells.size();
+        for (std::size_t c = 0; c < group.corners.size(); ++c) {
+            if (group.covers[c].empty()) continue;
+            Arrangement::Cell cell;
+            for (int i = 0; i < 3; ++i) cell.corners[i] = number[group.corners[c][i]];
+            cell.plane = plane_face;
+            cell.cut = group.corners.size() > 1;
+            cell.covers_begin = static_cast<Index>(out_.covers.size());
+            for (const auto& cover : group.covers[c]) {
+                out_.covers.push_back(cover);
+                if (out_.first_cell[cover.face] < 0)
+                    out_.first_cell[cover.face] = static_cast<Index>(out_.cells.size());
+            }
+            cell.covers_end = static_cast<Index>(out_.covers.size());
+            out_.cells.push_back(cell);
+        }
+        out_.group_end.resize(out_.cells.size(), static_cast<Index>(out_.cells.size()));
+        for (std::size_t c = first; c < out_.cells.size(); ++c)
+            out_.group_end[c] = static_cast<Index>(out_.cells.size());
+    }
+
+    GroupCells cut_group(Index begin, Index end) const
+    {
+        current_progress().check();
+        const Index first = group_faces_[begin];
+        std::vector<std::array<std::vector<Index>, 3>> chains;
+        bool whole = end == begin + 1;
+        for (Index m = begin; m < end; ++m) {
+            const Index f = group_faces_[m];
+            chains.push_back({chain(f, 0), chain(f, 1), chain(f, 2)});
+            for (const auto& c : chains.back()) whole = whole && c.size() == 2;
+            const auto inside = range_of(in_face_, &PointInFace::face, f);
+            const auto across = range_of(segments_, &SegmentInFace::face, f);
+            whole = whole && inside.first == inside.second && across.first == across.second;
+        }
+        GroupCells result;
+        if (whole) {
+            result.corners = {{0, 1, 2}};
+            result.covers = {{{first, 1}}};
+            result.known = {corner(first, 0), corner(first, 1), corner(first, 2)};
+            return result;
+        }
+        triangulate(begin, end, chains, result);
+        return result;
+    }
+
+    void triangulate(Index begin, Index end,
+                     const std::vector<std::array<std::vector<Index>, 3>>& chains,
+                     GroupCells& result) const
+    {
+        const Index first = group_faces_[begin];
+        const auto& t = soup_.faces[first];
+        const int axis = dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        const int first_sign =
+            normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+
+        PlanarTriangulation mesh(axis, first_sign < 0, [&](int a, int b) {
+            if (a < 0 || b < 0)
+                throw Error("mesh_boolean: operand " + std::to_string(soup_.operand[first]) +
+                            " or another crosses itself near its face " +
+                            std::to_string(soup_.source[first]));
+            result.created.push_back(three_planes(plane(first), plane(a), plane(b)));
+            const ExactPoint& point = result.created.back();
+            result.known.push_back(-static_cast<Index>(result.created.size()));
+            return PointRef{point.approximate(), &point};
+        });
+
+        std::unordered_map<Index, Index> local;
+        if (end == begin + 1) {
+            mesh.start_with_triangle(out_.points[corner(first, 0)], out_.points[corner(first, 1)],
+                                     out_.points[corner(first, 2)]);
+            for (int i = 0; i < 3; ++i) {
+                local[corner(first, i)] = i;
+                result.known.push_back(corner(first, i));
+            }
+        } else {
+            Vec3 low = Box3::filled(1e300);
+            Vec3 high = Box3::filled(-1e300);
+            for (Index m = begin; m < end; ++m)
+                for (const Index v : soup_.faces[group_faces_[m]])
+                    for (int k = 0; k < 3; ++k) {
+                        low[k] = std::min(low[k], soup_.points[v][k]);
+                        high[k] = std::max(high[k], soup_.points[v][k]);
+                    }
+            mesh.start_with_rectangle(low, high);
+            result.known.assign(4, 0);  // never a corner of a covered cell
+        }
+        const auto insert = [&](Index point) {
+            const auto [it, is_new] = local.try_emplace(point, 0);
+            if (!is_new) return;
+            it->second = mesh.insert(out_.points[point]);
+            result.known.push_back(point);
+        };
+        for (const auto& three : chains)
+            for (const auto& c : three)
+                for (const Index p : c) insert(p);
+        for (Index m = begin; m < end; ++m) {
+            const auto [from, to] = range_of(in_face_, &PointInFace::face, group_faces_[m]);
+            for (std::size_t i = from; i < to; ++i) insert(in_face_[i].point);
+        }
+        for (const auto& three : chains)
+            for (const auto& c : three)
+                for (std::size_t i = 1; i < c.size(); ++i)
+                    mesh.constrain(local.at(c[i - 1]), local.at(c[i]), kEdgeCarrier);
+        for (Index m = begin; m < end; ++m) {
+            const auto [from, to] = range_of(segments_, &SegmentInFace::face, group_faces_[m]);
+            for (std::size_t i = from; i < to; ++i)
+                mesh.constrain(local.at(segments_[i].from), local.at(segments_[i].to),
+                               segments_[i].other);
+        }
+        result.corners.reserve(mesh.cells().size());
+        for (const auto& cell : mesh.cells()) result.corners.push_back(cell.v);
+        result.covers.resize(mesh.cells().size());
+        if (end == begin + 1) {
+            for (auto& cover : result.covers) cover = {{first, 1}};
+            return;
+        }
+        for (Index m = begin; m < end; ++m) {
+            const auto& c = soup_.faces[group_faces_[m]];
+            const int sign =
+                normal_sign(axis, soup_.points[c[0]], soup_.points[c[1]], soup_.points[c[2]]);
+            cover(mesh, chains[m - begin], local, {group_faces_[m], sign * first_sign},
+                  result.covers);
+        }
+    }
+
+    // Floods the cells of one face from its edges.
+    static void cover(const PlanarTriangulation& mesh,
+                      const std::array<std::vector<Index>, 3>& chains,
+                      const std::unordered_map<Index, Index>& local, Arrangement::Cover what,
+                      std::vector<std::vector<Arrangement::Cover>>& covers)
+    {
+        std::vector<std::array<int, 2>> rim;
+        for (const auto& c : chains)
+            for (std::size_t i = 1; i < c.size(); ++i) {
+                int a = local.at(c[i - 1]);
+                int b = local.at(c[i]);
+                if (what.sign < 0) std::swap(a, b);
+                const auto edge = mesh.find_edge(a, b);
+                if (edge[0] < 0) throw Error("mesh_boolean: an edge was lost in its plane");
+                rim.push_back(edge);
+            }
+        std::sort(rim.begin(), rim.end());
+        std::vector<int> stack;
+        const auto enter = [&](int cell) {
+            auto& list = covers[cell];
+            if (!list.empty() && list.back().face == what.face) return;
+            list.push_back(what);
+            stack.push_back(cell);
+        };
+        for (const auto& edge : rim) enter(edge[0]);
+        while (!stack.empty()) {
+            const int cell = stack.back();
+            stack.pop_back();
+            for (int i = 0; i < 3; ++i)
+                if (!std::binary_search(rim.begin(), rim.end(), std::array<int, 2>{cell, i}))
+                    enter(mesh.cells()[cell].neighbor[i]);
+        }
+    }
+
+private:
+    const Soup& soup_;
+    Arrangement out_;
+    PointTable table_;
+    std::vector<Meeting> meetings_;
+    std::vector<Recipe> recipes_;
+    std::vector<Index> recipe_point_;
+    std::vector<PointOnEdge> on_edge_;
+    std::vector<PointInFace> in_face_;
+    std::vector<SegmentInFace> segments_;
+    std::vector<Index> touched_edges_;
+    std::vector<std::pair<Index, Index>> coplanar_;
+    std::vector<Index> group_faces_;
+    std::vector<Index> group_start_;
+};
+
+}  // namespace
+
+Arrangement arrange(const Soup& soup)
+{
+    return Arranger(soup).run();
+}
+
+}  // namespace genus::exact

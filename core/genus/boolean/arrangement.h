@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "genus/boolean/box_tree.h"
+#include "genus/boolean/exact_point.h"
+#include "genus/mesh/indexed_mesh.h"
+
+namespace genus::exact {
+
+/// Faces of several operands on one grid. Faces have three different corners and an area.
+struct Soup {
+    std::vector<Vec3> points;  // grid points, see exact_point.h
+    std::vector<Triangle> faces;
+    std::vector<std::int32_t> operand;  // of each face
+    std::vector<std::int32_t> source;   // number of each face in its operand
+    /// Three a face: the halfedge across edge i, numbered 3 face + i, or -1 where the edge does not
+    /// join exactly two faces.
+    std::vector<std::int32_t> twin;
+    /// Operands that may cross or touch themselves; empty for none.
+    std::vector<char> crosses_itself;
+};
+
+/// The faces of a soup, cut along all their intersections, so that any two cells meet in common
+/// corners and edges only and no two cover each other.
+///
+/// Faces that nothing touches are not looked at: they stay `passive`. All others are covered by
+/// cells. Coplanar faces that overlap share their cells; `covers` says which faces lie over a
+/// cell.
+struct Arrangement {
+    struct Cover {
+        std::int32_t face;
+        std::int32_t sign;  // 1 if the face turns like the cell's plane, else -1
+    };
+    struct Cell {
+        Triangle corners;    // turn like `plane`
+        std::int32_t plane;  // a face of the soup in the same plane
+        std::int32_t covers_begin;
+        std::int32_t covers_end;
+        bool cut;  // not a whole face by itself
+    };
+
+    std::vector<PointRef> points;  // those of the soup, then those of intersections
+    std::deque<ExactPoint> exact;
+    std::vector<std::int32_t> first_equal;  // each point of the soup: the point that stands for it
+    std::vector<char> passive;              // each face of the soup
+    std::vector<Cell> cells;
+    std::vector<Cover> covers;
+    std::vector<std::int32_t> first_cell;  // each face: a cell over it; -1 if passive
+    std::vector<std::int32_t> group_end;   // each cell: end of the cells of its plane's group
+
+    BoxTree tree;  // over all faces of the soup
+
+    std::int64_t n_candidate_pairs = 0;
+    std::int64_t n_contacts = 0;
+};
+
+/// Implements [cherchi2020]: intersections found face by face, each face cut on its own, with
+/// common points made equal by exact comparison. Departs from it where coplanar faces overlap:
+/// they are cut together.
+///
+/// Time grows with the boxes that overlap. Throws Error if operands cross themselves that were
+/// declared not to.
+Arrangement arrange(const Soup& soup);
+
+}  // namespace genus::exact

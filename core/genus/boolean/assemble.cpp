@@ -1,0 +1,330 @@
+#include "genus/boolean/assemble.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "genus/base/error.h"
+#include "genus/base/progress.h"
+#include "genus/boolean/planar_triangulation.h"
+#include "genus/boolean/sheets.h"
+#include "genus/mesh/disjoint_sets.h"
+
+namespace genus::exact {
+
+namespace {
+
+using Index = std::int32_t;
+
+int next(int i)
+{
+    return i == 2 ? 0 : i + 1;
+}
+
+Sheet sheet_of(const std::vector<OutFace>& faces, Index f, int i)
+{
+    const OutFace& face = faces[f];
+    const Index a = face.corners[i];
+    const Index b = face.corners[next(i)];
+    return {edge_key(a, b), f, face.plane, face.flipped, a < b};
+}
+
+// Calls use(begin, end) for each run of sheets at one edge.
+template <class Use>
+void for_each_edge(std::vector<Sheet>& sheets, const Use& use)
+{
+    for (std::size_t begin = 0; begin < sheets.size();) {
+        std::size_t end = begin + 1;
+        while (end < sheets.size() && sheets[end].edge == sheets[begin].edge) ++end;
+        use(sheets.data() + begin, sheets.data() + end);
+        begin = end;
+    }
+}
+
+// Joins the faces of one plane and leaves out corners that are not needed.
+class Merger {
+public:
+    Merger(const Soup& soup, const Arrangement& arrangement, std::vector<OutFace>& faces)
+        : soup_(soup),
+          cut_(arrangement),
+          faces_(faces),
+          regions_(static_cast<Index>(faces.size())),
+          corner_(arrangement.points.size())
+    {
+    }
+
+    void run()
+    {
+        find_regions();
+        find_needless();
+        replace_regions();
+    }
+
+private:
+    // What is known of a point: the number of borders between regions that end there, and which
+    // two regions they part.
+    struct Corner {
+        std::int32_t borders = 0;
+        Index a = -1;
+        Index b = -1;
+        bool needed = false;
+        bool seen = false;
+    };
+
+    void find_regions()
+    {
+        for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
+            if (faces_[f].passive)
+                for (const Index p : faces_[f].corners) corner_[p].needed = true;
+        }
+        for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
+            if (!faces_[f].passive)
+                for (int i = 0; i < 3; ++i) sheets_.push_back(sheet_of(faces_, f, i));
+        sort_sheets(sheets_);
+        for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
+            if (inner(begin, end)) regions_.unite(begin[0].item, begin[1].item);
+        });
+    }
+
+    bool inner(const Sheet* begin, const Sheet* end) const
+    {
+        return end - begin == 2 && begin[0].forward != begin[1].forward &&
+               parallel_faces(soup_, begin[0].plane, begin[1].plane);
+    }
+
+    void find_needless()
+    {
+        for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
+            for (const Index p : {static_cast<Index>(begin->edge >> 32),
+                                  static_cast<Index>(begin->edge & 0xffffffffu)}) {
+                Corner& corner = corner_[p];
+                corner.seen = true;
+                if (inner(begin, end)) continue;
+                if (end - begin != 2) {
+                    corner.needed = true;
+                    continue;
+                }
+                const auto [low, high] =
+                    std::minmax({regions_.find(begin[0].item), regions_.find(begin[1].item)});
+                if (corner.borders++ == 0) {
+                    corner.a = low;
+                    corner.b = high;
+                } else if (corner.a != low || corner.b != high) {
+                    corner.needed = true;
+                }
+            }
+        });
+        // With two borders between the same two planes these are in line: the corner lies inside
+        // an edge. With none it lies inside a face.
+        for (Corner& corner : corner_)
+            if (corner.borders != 0 && corner.borders != 2) corner.needed = true;
+    }
+
+    void replace_regions()
+    {
+        std::vector<std::pair<Index, Index>> members;
+        for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
+            if (!faces_[f].passive) members.push_back({regions_.find(f), f});
+        std::sort(members.begin(), members.end());
+        std::vector<Sheet> rim;
+        for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
+            if (!inner(begin, end)) rim.insert(rim.end(), begin, end);
+        });
+        for (Sheet& s : rim) s.plane = s.item;  // the face it belongs to
+        for (Sheet& s : rim) s.item = regions_.find(s.item);
+        std::sort(rim.begin(), rim.end(), [](const Sheet& a, const Sheet& b) {
+            return std::tie(a.item, a.edge, a.forward) < std::tie(b.item, b.edge, b.forward);
+        });
+        std::vector<OutFace> kept;
+        for (const OutFace& face : faces_)
+            if (face.passive) kept.push_back(face);
+        std::size_t r = 0;
+        for (std::size_t begin = 0; begin < members.size();) {
+            std::size_t end = begin;
+            bool changed = false;
+            for (; end < members.size() && members[end].first == members[begin].first; ++end)
+                for (const Index p : faces_[members[end].second].corners)
+                    changed = changed || !corner_[p].needed;
+            const std::size_t rim_begin = r;
+            while (r < rim.size() && rim[r].item == members[begin].first) ++r;
+            if (changed)
+                triangulate(rim.data() + rim_begin, rim.data() + r, kept);
+            else
+                for (std::size_t m = begin; m < end; ++m) kept.push_back(faces_[members[m].second]);
+            begin = end;
+        }
+        faces_ = std::move(kept);
+    }
+
+    struct Border {
+        Index from;
+        Index to;
+        Index face;
+    };
+
+    // The borders of a region, surface to the left, from one needed corner to the next.
+    std::vector<Border> borders(const Sheet* begin, const Sheet* end) const
+    {
+        std::unordered_map<Index, Index> after;  // from a needless corner to the next
+        std::vector<Border> list;
+        for (const Sheet* s = begin; s != end; ++s) {
+            auto from = static_cast<Index>(s->edge >> 32);
+            auto to = static_cast<Index>(s->edge & 0xffffffffu);
+            if (!s->forward) std::swap(from, to);
+            if (corner_[from].needed)
+                list.push_back({from, to, s->plane});
+            else
+                after[from] = to;
+        }
+        for (Border& border : list)
+            while (!corner_[border.to].needed) border.to = after.at(border.to);
+        return list;
+    }
+
+    void triangulate(const Sheet* begin, const Sheet* end, std::vector<OutFace>& kept) const
+    {
+        current_progress().check();
+        const std::vector<Border> rim = borders(begin, end);
+        const OutFace first = faces_[rim.front().face];
+        const auto& t = soup_.faces[first.plane];
+        const int axis = dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        const int sign =
+            normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        PlanarTriangulation mesh(axis, (sign < 0) != first.flipped, [](int, int) -> PointRef {
+            throw Error("mesh_boolean: borders of a plane region cross");
+        });
+        Vec3 low = Box3::filled(1e300);
+        Vec3 high = Box3::filled(-1e300);
+        for (const Border& border : rim)
+            for (int k = 0; k < 3; ++k) {
+                low[k] = std::min(low[k], std::floor(cut_.points[border.from].approx[k]));
+                high[k] = std::max(high[k], std::ceil(cut_.points[border.from].approx[k]));
+            }
+        mesh.start_with_rectangle(low, high);
+        std::unordered_map<Index, int> local;
+        std::vector<Index> global(4, -1);
+        for (const Border& border : rim) {
+            const auto [it, is_new] = local.try_emplace(border.from, 0);
+            if (!is_new) continue;
+            it->second = mesh.insert(cut_.points[border.from]);
+            global.push_back(border.from);
+        }
+        for (const Border& border : rim)
+            mesh.constrain(local.at(border.from), local.at(border.to), border.face);
+        mesh.improve();
+        flood(mesh, rim, local, global, first, kept);
+    }
+
+    void flood(const PlanarTriangulation& mesh, const std::vector<Border>& rim,
+               const std::unordered_map<Index, int>& local, const std::vector<Index>& global,
+               const OutFace& first, std::vector<OutFace>& kept) const
+    {
+        std::vector<Index> source(mesh.cells().size(), -1);
+        std::vector<int> queue;
+        const auto enter = [&](int cell, Index from) {
+            if (cell < 0) throw Error("mesh_boolean: a plane region is open");
+            if (source[cell] >= 0) return;
+            source[cell] = from;
+            queue.push_back(cell);
+        };
+        for (const Border& border : rim)
+            enter(mesh.find_edge(local.at(border.from), local.at(border.to))[0],
+                  faces_[border.face].source);
+        for (std::size_t i = 0; i < queue.size(); ++i) {
+            const auto& cell = mesh.cells()[queue[i]];
+            for (int e = 0; e < 3; ++e)
+                if (cell.carrier[e] < 0) enter(cell.neighbor[e], source[queue[i]]);
+        }
+        for (std::size_t c = 0; c < source.size(); ++c) {
+            if (source[c] < 0) continue;
+            OutFace face = first;
+            for (int i = 0; i < 3; ++i) face.corners[i] = global[mesh.cells()[c].v[i]];
+            face.source = source[c];
+            kept.push_back(face);
+        }
+    }
+
+    const Soup& soup_;
+    const Arrangement& cut_;
+    std::vector<OutFace>& faces_;
+    DisjointSets regions_;
+    std::vector<Corner> corner_;
+    std::vector<Sheet> sheets_;
+};
+
+}  // namespace
+
+std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangement,
+                                   const Selection& selection, bool merge_coplanar)
+{
+    std::vector<OutFace> faces;
+    const auto keep = [&](Triangle corners, Index plane, Index source, bool flipped, bool passive) {
+        if (flipped) std::swap(corners[1], corners[2]);
+        faces.push_back({corners, plane, source, flipped, passive});
+    };
+    for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+        if (selection.faces[f] == 0) continue;
+        Triangle corners = soup.faces[f];
+        for (Index& p : corners) p = arrangement.first_equal[p];
+        keep(corners, static_cast<Index>(f), static_cast<Index>(f), selection.faces[f] < 0, true);
+    }
+    for (std::size_t c = 0; c < arrangement.cells.size(); ++c) {
+        if (selection.cells[c] == 0) continue;
+        const auto& cell = arrangement.cells[c];
+        keep(cell.corners, cell.plane, arrangement.covers[cell.covers_begin].face,
+             selection.cells[c] < 0, false);
+    }
+    if (merge_coplanar) Merger(soup, arrangement, faces).run();
+    return faces;
+}
+
+OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
+                          const std::vector<OutFace>& faces)
+{
+    const auto n = static_cast<Index>(faces.size());
+    std::vector<Sheet> sheets;
+    sheets.reserve(3 * faces.size());
+    for (Index f = 0; f < n; ++f)
+        for (int i = 0; i < 3; ++i) sheets.push_back(sheet_of(faces, f, i));
+    sort_sheets(sheets);
+
+    // Corners (3 face + i) of faces that are neighbours across an edge belong together.
+    DisjointSets corners(3 * n);
+    const auto corner_at = [&](Index f, Index point) {
+        const auto& c = faces[f].corners;
+        return 3 * f + (c[0] == point ? 0 : (c[1] == point ? 1 : 2));
+    };
+    const auto join = [&](const Sheet& a, const Sheet& b) {
+        if (a.forward == b.forward) throw Error("mesh_boolean: the result is not oriented");
+        for (const Index p :
+             {static_cast<Index>(a.edge >> 32), static_cast<Index>(a.edge & 0xffffffffu)})
+            corners.unite(corner_at(a.item, p), corner_at(b.item, p));
+    };
+    for_each_edge(sheets, [&](Sheet* begin, Sheet* end) {
+        if (end - begin == 2) {
+            join(begin[0], begin[1]);
+            return;
+        }
+        if ((end - begin) % 2 != 0) throw Error("mesh_boolean: the result is not closed");
+        sort_round_edge(soup, arrangement.points, begin, end);
+        // The solid lies between a sheet that turns against the edge and the next one.
+        for (Sheet* s = begin; s != end; ++s)
+            if (!s->forward) join(*s, s + 1 == end ? *begin : s[1]);
+    });
+
+    OutMesh mesh;
+    mesh.faces.resize(faces.size());
+    std::vector<Index> number(3 * faces.size(), -1);
+    for (Index f = 0; f < n; ++f)
+        for (int i = 0; i < 3; ++i) {
+            Index& known = number[corners.find(3 * f + i)];
+            if (known < 0) {
+                known = static_cast<Index>(mesh.points.size());
+                mesh.points.push_back(faces[f].corners[i]);
+            }
+            mesh.faces[f][i] = known;
+        }
+    return mesh;
+}
+
+}  // namespace genus::exact

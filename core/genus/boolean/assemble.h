@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "genus/boolean/arrangement.h"
+#include "genus/boolean/winding.h"
+
+namespace genus::exact {
+
+/// A face of a result, outward side counterclockwise.
+struct OutFace {
+    Triangle corners;     // numbers of points of the arrangement
+    std::int32_t plane;   // a face of the soup in the same plane
+    std::int32_t source;  // the face of the soup it stands for
+    bool flipped;         // turns against `plane`
+    bool passive;         // an input face that nothing touched
+};
+
+/// The selected faces as a closed oriented surface. Pieces of one plane that meet along an edge
+/// of exactly two faces are joined where `merge_coplanar`: corners that no other plane needs are
+/// left out and the piece is triangulated anew.
+std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangement,
+                                   const Selection& selection, bool merge_coplanar);
+
+/// A surface with its own numbers for corners, manifold: where faces touch along an edge or in a
+/// corner without being neighbours round the solid, each part has a corner of its own.
+struct OutMesh {
+    std::vector<Triangle> faces;       // in the order of the OutFaces
+    std::vector<std::int32_t> points;  // of each corner: its point in the arrangement
+};
+OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
+                          const std::vector<OutFace>& faces);
+
+}  // namespace genus::exact

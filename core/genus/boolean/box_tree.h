@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "genus/base/vec.h"
+
+namespace genus::exact {
+
+/// Axis-parallel box in single precision, rounded outward.
+struct FloatBox {
+    std::array<float, 3> low{3e38f, 3e38f, 3e38f};
+    std::array<float, 3> high{-3e38f, -3e38f, -3e38f};
+
+    void add(const FloatBox& o)
+    {
+        for (int k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], o.low[k]);
+            high[k] = std::max(high[k], o.high[k]);
+        }
+    }
+    bool overlaps(const FloatBox& o) const
+    {
+        return low[0] <= o.high[0] && o.low[0] <= high[0] && low[1] <= o.high[1] &&
+               o.low[1] <= high[1] && low[2] <= o.high[2] && o.low[2] <= high[2];
+    }
+};
+
+FloatBox box_of(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// Tree of boxes over items in Morton order, four to a node. Every item has an owner; with
+/// `pairs_within_owner` off, pairs of items of one owner are not wanted and whole branches of one
+/// owner are passed over.
+///
+/// Implements the linear order of [lauterbach2009] with an implicit tree in place of a built one.
+/// O(n log n) to build by radix sort; no allocation per node.
+class BoxTree {
+public:
+    using Pair = std::pair<std::int32_t, std::int32_t>;
+
+    BoxTree() = default;
+    /// `owners` may be empty: then all items are of different owners.
+    BoxTree(std::vector<FloatBox> boxes, std::vector<std::int32_t> owners);
+
+    /// All pairs of wanted items whose boxes overlap and that `keep(a, b)` keeps. The order of
+    /// the result does not depend on threads.
+    template <class Keep>
+    std::vector<Pair> pairs(bool pairs_within_owner, const Keep& keep) const;
+
+    /// Calls visit(item) for all items whose box overlaps `box`.
+    template <class Visit>
+    void query(const FloatBox& box, const Visit& visit) const;
+
+    std::size_t size() const { return items_.size(); }
+
+private:
+    struct Node {
+        FloatBox box;
+        std::int32_t owner;  // -1 if mixed
+    };
+    struct NodePair {
+        std::int32_t level, a, b;
+    };
+
+    void descend(NodePair pair, bool within, std::vector<NodePair>& out) const;
+    template <class Emit>
+    void items_of(NodePair pair, bool within, const Emit& emit) const;
+    bool unwanted(std::int32_t a, std::int32_t b, bool within) const
+    {
+        return !within && a >= 0 && a == b;
+    }
+
+    std::vector<std::int32_t> items_;        // in Morton order
+    std::vector<std::vector<Node>> levels_;  // [0]: one per item, in that order
+};
+
+}  // namespace genus::exact
+
+#include "genus/boolean/box_tree.inl"

@@ -1,0 +1,461 @@
+#include "genus/boolean/mesh_boolean.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "genus/base/box.h"
+#include "genus/base/error.h"
+#include "genus/base/parallel.h"
+#include "genus/base/progress.h"
+#include "genus/boolean/arrangement.h"
+#include "genus/boolean/assemble.h"
+#include "genus/boolean/closed_operand.h"
+#include "genus/boolean/contact.h"
+#include "genus/boolean/winding.h"
+#include "genus/mesh/disjoint_sets.h"
+
+namespace genus {
+
+namespace {
+
+using exact::ClosedOperand;
+
+using exact::Soup;
+using Index = std::int32_t;
+
+constexpr int kMendRounds = 8;
+
+// An integer grid over a box: x = origin + 2^exponent X with |X| below kGridLimit.
+class Frame {
+public:
+    explicit Frame(const Box3& box)
+    {
+        const Vec3 half = 0.5 * box.max - 0.5 * box.min;
+        const double reach = std::max({half[0], half[1], half[2]});
+        int power = 0;
+        std::frexp(reach, &power);  // reach < 2^power
+        exponent_ = std::max(power - 53, -1074) - 1;
+        do {
+            ++exponent_;
+            place_origin(box.center());
+        } while (farthest(box) > exact::kGridLimit);
+    }
+
+    double step() const { return std::ldexp(1.0, exponent_); }
+
+    /// The nearest grid point; `off` grows to the distance, in steps, where that is larger.
+    Vec3 to_grid(const Vec3& p, double& off) const
+    {
+        Vec3 grid;
+        for (int k = 0; k < 3; ++k) {
+            // The difference as a sum of two doubles, exactly.
+            const double d = p[k] - origin_[k];
+            const double o = p[k] - d;
+            const double rest = (p[k] - (d + o)) + (o - origin_[k]);
+            const double scaled = std::ldexp(d, -exponent_);
+            const double tail = std::ldexp(rest, -exponent_);
+            double whole = std::nearbyint(scaled);
+            double part = (scaled - whole) + tail;
+            if (std::abs(part) > 0.5) {
+                const double one = std::copysign(1.0, part);
+                whole += one;
+                part -= one;
+            }
+            grid[k] = whole + 0.0;  // no negative zero
+            off = std::max(off, std::abs(part));
+        }
+        return grid;
+    }
+    Vec3 from_grid(const Vec3& grid) const
+    {
+        Vec3 p;
+        for (int k = 0; k < 3; ++k) p[k] = origin_[k] + std::ldexp(grid[k], exponent_);
+        return p;
+    }
+    /// The grid point nearest to `p` that is a triple of doubles in model units.
+    Vec3 rounded(const Vec3& p) const
+    {
+        Vec3 whole;
+        for (int k = 0; k < 3; ++k) whole[k] = std::nearbyint(p[k]);
+        double off = 0.0;
+        return to_grid(from_grid(whole), off);
+    }
+
+private:
+    void place_origin(const Vec3& center)
+    {
+        for (int k = 0; k < 3; ++k)
+            origin_[k] = std::ldexp(std::nearbyint(std::ldexp(center[k], -exponent_)), exponent_);
+    }
+    double farthest(const Box3& box) const
+    {
+        double far = 0.0;
+        double off = 0.0;
+        for (const Vec3& p : {to_grid(box.min, off), to_grid(box.max, off)})
+            for (int k = 0; k < 3; ++k) far = std::max(far, std::abs(p[k]));
+        return far;
+    }
+
+    Vec3 origin_;
+    int exponent_;
+};
+
+// A solved cluster, on its grid.
+struct Solved {
+    std::vector<Vec3> points;
+    std::vector<Triangle> faces;
+    std::vector<Index> operand;
+    std::vector<Index> source;
+};
+
+bool is_flat(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    return exact::dominant_axis(a, b, c) < 0;
+}
+
+// Do two faces of a result meet in more than common corners and edges? Corners at one place are
+// one corner.
+bool collide(const Solved& mesh, Index f, Index g)
+{
+    exact::Corners a;
+    exact::Corners b;
+    for (int i = 0; i < 3; ++i) {
+        a.at[i] = &mesh.points[mesh.faces[f][i]];
+        b.at[i] = &mesh.points[mesh.faces[g][i]];
+        a.id[i] = i;
+        b.id[i] = 3 + i;
+        for (int j = 0; j < i; ++j)
+            if (*b.at[i] == *b.at[j]) return true;
+    }
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (*a.at[i] == *b.at[j]) b.id[j] = i;
+    return !exact::find_contact(a, b).trivial();
+}
+
+// The first face with a moved corner that is flat or meets another face; -1 if there is none.
+Index find_collision(const Solved& mesh, const std::vector<char>& moved)
+{
+    std::vector<Index> suspects;
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        const Triangle& t = mesh.faces[f];
+        if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
+        if (is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]))
+            return static_cast<Index>(f);
+        suspects.push_back(static_cast<Index>(f));
+    }
+    const auto box = [&](Index f) {
+        const Triangle& t = mesh.faces[f];
+        return exact::box_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+    };
+    if (suspects.empty()) return -1;
+    std::vector<exact::FloatBox> boxes;
+    for (const Index f : suspects) boxes.push_back(box(f));
+    const exact::BoxTree tree(std::move(boxes), {});
+    constexpr std::size_t kGrain = 4096;
+    std::vector<Index> found(mesh.faces.size() / kGrain + 1, -1);
+    parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        Index& first = found[begin / kGrain];
+        for (std::size_t f = begin; f < end && first < 0; ++f)
+            tree.query(box(static_cast<Index>(f)), [&](Index s) {
+                const Index g = suspects[s];
+                if (first < 0 && g != static_cast<Index>(f) &&
+                    collide(mesh, static_cast<Index>(f), g))
+                    first = g;
+            });
+    });
+    for (const Index f : found)
+        if (f >= 0) return f;
+    return -1;
+}
+
+// The surface of a soup by formula, rounded; `moved` tells which points the rounding moved.
+Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                  Index n_operands, exact::InsideRule rule, bool merge_coplanar,
+                  std::vector<char>& moved, MeshBooleanReport& report)
+{
+    const exact::Arrangement arrangement = exact::arrange(soup);
+    const exact::Selection selection = exact::select(soup, arrangement, formula, n_operands, rule);
+    const auto faces = exact::collect_faces(soup, arrangement, selection, merge_coplanar);
+    exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement, faces);
+
+    report.n_candidate_pairs += arrangement.n_candidate_pairs;
+    report.n_contacts += arrangement.n_contacts;
+    report.n_passive_faces += std::count(arrangement.passive.begin(), arrangement.passive.end(), 1);
+    report.n_cells += static_cast<std::int64_t>(arrangement.cells.size());
+    report.n_new_points +=
+        static_cast<std::int64_t>(arrangement.points.size() - soup.points.size());
+
+    Solved solved;
+    solved.faces = std::move(mesh.faces);
+    solved.points.resize(mesh.points.size());
+    moved.assign(mesh.points.size(), 0);
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        const exact::PointRef& p = arrangement.points[mesh.points[i]];
+        solved.points[i] = p.approx;
+        if (!p.exact) continue;
+        solved.points[i] = frame.rounded(p.approx);
+        moved[i] = !exact::same_point({solved.points[i], nullptr}, p);
+    }
+    for (const exact::OutFace& face : faces) {
+        solved.operand.push_back(soup.operand[face.source]);
+        solved.source.push_back(soup.source[face.source]);
+    }
+    return solved;
+}
+
+// A result as an operand: equal points made one, flat faces left out. `source` then numbers the
+// faces of the result.
+Soup as_soup(const Solved& solved)
+{
+    Soup soup;
+    std::map<std::array<double, 3>, Index> numbers;
+    std::vector<Index> number(solved.points.size());
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        const auto [it, is_new] =
+            numbers.try_emplace(solved.points[i].c, static_cast<Index>(soup.points.size()));
+        if (is_new) soup.points.push_back(solved.points[i]);
+        number[i] = it->second;
+    }
+    std::vector<Triangle> all;
+    std::vector<Index> face;
+    for (std::size_t f = 0; f < solved.faces.size(); ++f) {
+        Triangle t = solved.faces[f];
+        for (Index& v : t) v = number[v];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+        all.push_back(t);
+        face.push_back(static_cast<Index>(f));
+    }
+    std::vector<Index> twin;
+    exact::find_twins(soup.points.size(), all, twin);
+    std::vector<Index> place(all.size(), -1);
+    for (std::size_t f = 0; f < all.size(); ++f) {
+        const Triangle& t = all[f];
+        if (is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) continue;
+        place[f] = static_cast<Index>(soup.faces.size());
+        soup.faces.push_back(t);
+        soup.source.push_back(face[f]);
+    }
+    for (std::size_t f = 0; f < all.size(); ++f)
+        if (place[f] >= 0)
+            for (int i = 0; i < 3; ++i) {
+                const Index h = twin[3 * f + i];
+                soup.twin.push_back(h < 0 || place[h / 3] < 0 ? -1 : 3 * place[h / 3] + h % 3);
+            }
+    soup.operand.assign(soup.faces.size(), 0);
+    soup.crosses_itself = {1};
+    return soup;
+}
+
+std::string place_text(const Vec3& p)
+{
+    return "(" + to_text(p[0]) + ", " + to_text(p[1]) + ", " + to_text(p[2]) + ")";
+}
+
+Solved solve(const Soup& soup, const Frame& frame, const BooleanFormula& formula, Index n_operands,
+             const MeshBooleanOptions& options, MeshBooleanReport& report)
+{
+    std::vector<char> moved;
+    Solved solved = solve_once(soup, frame, formula, n_operands, exact::InsideRule::NonZero,
+                               options.merge_coplanar, moved, report);
+    for (int round = 0;; ++round) {
+        const Index bad = find_collision(solved, moved);
+        if (bad < 0) return solved;
+        if (round == kMendRounds)
+            throw Error(
+                "mesh_boolean: the result cannot be written in doubles without crossing "
+                "itself near " +
+                place_text(frame.from_grid(solved.points[solved.faces[bad][0]])));
+        ++report.n_mended;
+        const Soup again = as_soup(solved);
+        Solved mended =
+            solve_once(again, frame, BooleanFormula::union_of(1), 1, exact::InsideRule::Positive,
+                       options.merge_coplanar, moved, report);
+        for (std::size_t f = 0; f < mended.faces.size(); ++f) {
+            const Index before = mended.source[f];
+            mended.operand[f] = solved.operand[before];
+            mended.source[f] = solved.source[before];
+        }
+        solved = std::move(mended);
+    }
+}
+
+// All of one call: operands made ready, their components and the clusters of these.
+class Call {
+public:
+    Call(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
+         const MeshBooleanOptions& options)
+        : meshes_(operands), formula_(formula), options_(options)
+    {
+    }
+
+    MeshBooleanResult run()
+    {
+        const auto n = static_cast<Index>(meshes_.size());
+        formula_.check(n);
+        ready_.resize(n);
+        parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                ready_[i] = exact::close_operand(meshes_[i], static_cast<Index>(i));
+        });
+        find_clusters();
+        for (Index c = 0; c < n_clusters_; ++c) {
+            current_progress().check();
+            solve_cluster(c);
+        }
+        return std::move(result_);
+    }
+
+private:
+    void find_clusters()
+    {
+        std::vector<Index> start{0};
+        for (const ClosedOperand& operand : ready_)
+            start.push_back(start.back() + operand.n_components);
+        std::vector<Box3> boxes(start.back());
+        for (std::size_t i = 0; i < ready_.size(); ++i)
+            for (std::size_t f = 0; f < ready_[i].faces.size(); ++f)
+                for (const Index v : ready_[i].faces[f])
+                    boxes[start[i] + ready_[i].component[f]].add(meshes_[i].vertices[v]);
+        DisjointSets sets(start.back());
+        std::vector<exact::FloatBox> rough;
+        for (const Box3& box : boxes) rough.push_back(exact::box_of(box.min, box.max, box.min));
+        const exact::BoxTree tree(std::move(rough), {});
+        const auto touching =
+            tree.pairs(true, [&](Index a, Index b) { return overlap(boxes[a], boxes[b]); });
+        for (const auto& [a, b] : touching) sets.unite(a, b);
+
+        std::vector<Index> number(start.back(), -1);
+        for (Index c = 0; c < start.back(); ++c) {
+            Index& known = number[sets.find(c)];
+            if (known < 0) {
+                known = n_clusters_++;
+                cluster_box_.emplace_back();
+            }
+            number[c] = known;
+            cluster_box_[known].add(boxes[c]);
+        }
+        cluster_faces_.resize(n_clusters_);
+        for (std::size_t i = 0; i < ready_.size(); ++i)
+            for (std::size_t f = 0; f < ready_[i].faces.size(); ++f)
+                cluster_faces_[number[start[i] + ready_[i].component[f]]].push_back(
+                    {static_cast<Index>(i), static_cast<Index>(f)});
+        result_.report.n_components = start.back();
+        result_.report.n_clusters = n_clusters_;
+    }
+
+    void solve_cluster(Index c)
+    {
+        const Frame frame(cluster_box_[c]);
+        const Soup soup = make_soup(cluster_faces_[c], frame);
+        cluster_faces_[c] = {};
+        const Solved solved = solve(soup, frame, formula_, static_cast<Index>(meshes_.size()),
+                                    options_, result_.report);
+        append(solved, frame);
+    }
+
+    Soup make_soup(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame)
+    {
+        Soup soup;
+        soup.crosses_itself.assign(meshes_.size(), options_.operands_may_cross_themselves);
+        if (place_.empty()) {
+            place_.resize(meshes_.size());
+            vertex_.resize(meshes_.size());
+            for (std::size_t i = 0; i < meshes_.size(); ++i) {
+                place_[i].assign(ready_[i].faces.size(), -1);
+                vertex_[i].assign(meshes_[i].vertices.size(), -1);
+            }
+        }
+        double largest = 0.0;
+        for (const auto& [i, f] : faces) {
+            Triangle t = ready_[i].faces[f];
+            for (Index& v : t) {
+                Index& known = vertex_[i][v];
+                if (known < 0) {
+                    double off = 0.0;
+                    known = static_cast<Index>(soup.points.size());
+                    soup.points.push_back(frame.to_grid(meshes_[i].vertices[v], off));
+                    if (off > 0.0) soup.crosses_itself[i] = 1;
+                    largest = std::max(largest, off);
+                }
+                v = known;
+            }
+            if (is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) {
+                soup.crosses_itself[i] = 1;
+                continue;
+            }
+            place_[i][f] = static_cast<Index>(soup.faces.size());
+            soup.faces.push_back(t);
+            soup.operand.push_back(i);
+            soup.source.push_back(ready_[i].source.empty() ? f : ready_[i].source[f]);
+        }
+        soup.twin.reserve(3 * soup.faces.size());
+        for (const auto& [i, f] : faces) {
+            if (place_[i][f] < 0) continue;
+            for (int k = 0; k < 3; ++k) {
+                const Index h = ready_[i].twin[3 * f + k];
+                const Index at = h < 0 ? -1 : place_[i][h / 3];
+                soup.twin.push_back(at < 0 ? -1 : 3 * at + h % 3);
+            }
+        }
+        auto& report = result_.report;
+        report.grid_step = std::max(report.grid_step, frame.step());
+        report.largest_snap = std::max(report.largest_snap, largest * frame.step());
+        return soup;
+    }
+
+    void append(const Solved& solved, const Frame& frame)
+    {
+        IndexedMesh& mesh = result_.mesh;
+        const auto base = static_cast<Index>(mesh.vertices.size());
+        for (const Vec3& p : solved.points) mesh.vertices.push_back(frame.from_grid(p));
+        for (const Triangle& t : solved.faces)
+            mesh.faces.push_back({t[0] + base, t[1] + base, t[2] + base});
+        auto& to = result_;
+        to.operand.insert(to.operand.end(), solved.operand.begin(), solved.operand.end());
+        to.source_face.insert(to.source_face.end(), solved.source.begin(), solved.source.end());
+    }
+
+    std::span<const IndexedMesh> meshes_;
+    const BooleanFormula& formula_;
+    const MeshBooleanOptions& options_;
+    std::vector<ClosedOperand> ready_;
+    Index n_clusters_ = 0;
+    std::vector<Box3> cluster_box_;
+    std::vector<std::vector<std::pair<Index, Index>>> cluster_faces_;
+    std::vector<std::vector<Index>> place_;   // by operand and face: number in its soup
+    std::vector<std::vector<Index>> vertex_;  // by operand and vertex: number in its soup
+    MeshBooleanResult result_;
+};
+
+}  // namespace
+
+MeshBooleanResult mesh_boolean(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
+                               const MeshBooleanOptions& options)
+{
+    return Call(operands, formula, options).run();
+}
+
+IndexedMesh unite(std::span<const IndexedMesh> operands)
+{
+    return mesh_boolean(operands, BooleanFormula::union_of(static_cast<Index>(operands.size())))
+        .mesh;
+}
+
+IndexedMesh intersect(std::span<const IndexedMesh> operands)
+{
+    return mesh_boolean(operands,
+                        BooleanFormula::intersection_of(static_cast<Index>(operands.size())))
+        .mesh;
+}
+
+IndexedMesh subtract(std::span<const IndexedMesh> operands)
+{
+    return mesh_boolean(operands,
+                        BooleanFormula::difference_of(static_cast<Index>(operands.size())))
+        .mesh;
+}
+
+}  // namespace genus

@@ -1,0 +1,400 @@
+#include "genus/boolean/winding.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "genus/base/error.h"
+#include "genus/base/progress.h"
+#include "genus/boolean/sheets.h"
+#include "genus/mesh/disjoint_sets.h"
+
+namespace genus::exact {
+
+namespace {
+
+using Index = std::int32_t;
+
+int next(int i)
+{
+    return i == 2 ? 0 : i + 1;
+}
+
+int sign_of(Int128 value)
+{
+    return (value > 0) - (value < 0);
+}
+
+std::uint64_t random_of(Index operand)
+{
+    std::uint64_t h = static_cast<std::uint64_t>(operand) + 0x9E3779B97F4A7C15ull;
+    for (int i = 0; i < 3; ++i) {
+        h ^= h >> 30;
+        h *= 0xBF58476D1CE4E5B9ull;
+        h ^= h >> 27;
+    }
+    return h;
+}
+
+// Sign of (b - a) x m seen along `axis`, for an integer vector m.
+int turn_of_edge(int axis, const Vec3& a, const Vec3& b, const Vec3& m)
+{
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    const auto product = [](double x, double y) {
+        return static_cast<Int128>(static_cast<std::int64_t>(x)) * static_cast<std::int64_t>(y);
+    };
+    return sign_of(product(b[u] - a[u], m[v]) - product(b[v] - a[v], m[u]));
+}
+
+// Sign of n . m for the normal n of a, b, c.
+int side_of_vector(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& m)
+{
+    const Plane plane = plane_through(a, b, c);
+    WideInt<5> sum;
+    for (int k = 0; k < 3; ++k)
+        sum = WideInt<5>(sum + plane.n[k] * WideInt<1>(static_cast<std::int64_t>(m[k])));
+    return sum.sign();
+}
+
+// A ray along a coordinate axis that starts at a corner of a face, moved into the face by an
+// infinitely small step along one edge, `m`, and a smaller one along another, `m2`: there it
+// meets no edge and no corner.
+struct Ray {
+    int axis;
+    Vec3 start;
+    Vec3 m;
+    Vec3 m2;
+};
+
+// 1 or -1, the sign of its normal along the ray, if the face lies on it beyond its start.
+int hit(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const Vec3* p[3] = {&a, &b, &c};
+    int turning = 0;
+    for (int i = 0; i < 3; ++i) {
+        const Vec3& from = *p[i];
+        const Vec3& to = *p[next(i)];
+        int s = turn(ray.axis, from, to, ray.start);
+        if (s == 0) s = turn_of_edge(ray.axis, from, to, ray.m);
+        if (s == 0) s = turn_of_edge(ray.axis, from, to, ray.m2);
+        if (s == 0 || s == -turning) return 0;
+        turning = s;
+    }
+    int side = side_of_plane(a, b, c, ray.start);
+    if (side == 0) side = side_of_vector(a, b, c, ray.m);
+    if (side == 0) side = side_of_vector(a, b, c, ray.m2);
+    // A face that turns counterclockwise has its normal along the ray, and is met if the start
+    // lies below it.
+    return side * turning < 0 ? turning : 0;
+}
+
+class Selector {
+public:
+    Selector(const Soup& soup, const Arrangement& arrangement, const BooleanFormula& formula,
+             Index n_operands, InsideRule rule)
+        : soup_(soup),
+          cut_(arrangement),
+          rule_(rule),
+          n_cells_(static_cast<Index>(arrangement.cells.size())),
+          formula_(formula, n_operands),
+          winding_(n_operands, 0)
+    {
+    }
+
+    Selection run()
+    {
+        find_patches();
+        sides_ = DisjointSets(2 * n_items());
+        join_sides();
+        list_items();
+        follow_regions();
+        return decide();
+    }
+
+private:
+    // Items are the cells, then the patches of passive faces. Item i has sides 2i (front) and
+    // 2i + 1 (back).
+    Index n_items() const { return n_cells_ + static_cast<Index>(patch_face_.size()); }
+
+    void find_patches()
+    {
+        patch_.assign(soup_.faces.size(), -1);
+        std::vector<Index> stack;
+        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
+            if (!cut_.passive[f] || patch_[f] >= 0) continue;
+            const auto patch = static_cast<Index>(patch_face_.size());
+            patch_face_.push_back(f);
+            patch_[f] = patch;
+            stack.push_back(f);
+            while (!stack.empty()) {
+                const Index at = stack.back();
+                stack.pop_back();
+                for (int i = 0; i < 3; ++i) {
+                    const Index other = soup_.twin[3 * at + i] / 3;  // passive: twins exist
+                    if (!cut_.passive[other] || patch_[other] >= 0) continue;
+                    patch_[other] = patch;
+                    stack.push_back(other);
+                }
+            }
+        }
+    }
+
+    Index corner(Index f, int i) const { return cut_.first_equal[soup_.faces[f][i]]; }
+
+    void add_sheet(Index a, Index b, Index item, Index plane)
+    {
+        sheets_.push_back({edge_key(a, b), item, plane, false, a < b});
+    }
+
+    void join_sides()
+    {
+        for (Index c = 0; c < n_cells_; ++c) {
+            const auto& cell = cut_.cells[c];
+            for (int i = 0; i < 3; ++i)
+                add_sheet(cell.corners[i], cell.corners[next(i)], c, cell.plane);
+        }
+        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
+            if (cut_.passive[f]) continue;
+            for (int i = 0; i < 3; ++i) {
+                const Index h = soup_.twin[3 * f + i];
+                if (h >= 0 && cut_.passive[h / 3])
+                    add_sheet(corner(f, next(i)), corner(f, i), n_cells_ + patch_[h / 3], h / 3);
+            }
+        }
+        sort_sheets(sheets_);
+        for (std::size_t begin = 0; begin < sheets_.size();) {
+            std::size_t end = begin + 1;
+            while (end < sheets_.size() && sheets_[end].edge == sheets_[begin].edge) ++end;
+            join_round_edge(begin, end);
+            begin = end;
+        }
+        sheets_ = {};
+    }
+
+    void join_round_edge(std::size_t begin, std::size_t end)
+    {
+        if (end - begin > 2)
+            sort_round_edge(soup_, cut_.points, sheets_.data() + begin, sheets_.data() + end);
+        for (std::size_t s = begin; s < end; ++s) {
+            const Sheet& a = sheets_[s];
+            const Sheet& b = sheets_[s + 1 < end ? s + 1 : begin];
+            sides_.unite(2 * a.item + (a.forward ? 0 : 1), 2 * b.item + (b.forward ? 1 : 0));
+        }
+    }
+
+    // Items by region.
+    void list_items()
+    {
+        item_start_.assign(2 * n_items() + 1, 0);
+        for (Index side = 0; side < 2 * n_items(); ++side) ++item_start_[sides_.find(side) + 1];
+        for (std::size_t i = 1; i < item_start_.size(); ++i) item_start_[i] += item_start_[i - 1];
+        items_.resize(2 * n_items());
+        std::vector<Index> fill(item_start_.begin(), item_start_.end() - 1);
+        for (Index side = 0; side < 2 * n_items(); ++side) items_[fill[sides_.find(side)]++] = side;
+    }
+
+    bool inside(Index winding) const
+    {
+        return rule_ == InsideRule::NonZero ? winding != 0 : winding > 0;
+    }
+
+    void change(Index operand, Index by)
+    {
+        const bool was = inside(winding_[operand]);
+        winding_[operand] += by;
+        print_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(by)) * random_of(operand);
+        if (inside(winding_[operand]) != was) formula_.set(operand, !was);
+    }
+
+    // Goes through an item, from its front to its back if `way` is 1.
+    void cross(Index item, Index way)
+    {
+        if (item >= n_cells_) {
+            change(soup_.operand[patch_face_[item - n_cells_]], way);
+            return;
+        }
+        const auto& cell = cut_.cells[item];
+        for (Index c = cell.covers_begin; c < cell.covers_end; ++c)
+            change(soup_.operand[cut_.covers[c].face], way * cut_.covers[c].sign);
+    }
+
+    struct Step {
+        Index region;
+        Index item;  // crossed to come here, -1 at the start
+        Index way;
+        Index next;  // in items_
+    };
+
+    void enter(Index region)
+    {
+        known_[region] = 1;
+        holds_[region] = formula_.value();
+        prints_[region] = print_;
+    }
+
+    void follow_regions()
+    {
+        known_.assign(2 * n_items(), 0);
+        holds_.assign(2 * n_items(), 0);
+        prints_.assign(2 * n_items(), 0);
+        for (Index item = 0; item < n_items(); ++item) {
+            if (known_[sides_.find(2 * item)]) continue;
+            current_progress().check();
+            const Seed seed = shoot(item);
+            for (const auto& [operand, count] : seed.winding) change(operand, count);
+            follow_from(sides_.find(seed.side));
+            for (const auto& [operand, count] : seed.winding) change(operand, -count);
+        }
+    }
+
+    void follow_from(Index start)
+    {
+        std::vector<Step> steps{{start, -1, 0, item_start_[start]}};
+        enter(start);
+        while (!steps.empty()) {
+            Step& step = steps.back();
+            if (step.next == item_start_[step.region + 1]) {
+                if (step.item >= 0) cross(step.item, -step.way);
+                steps.pop_back();
+                continue;
+            }
+            const Index side = items_[step.next++];
+            const Index other = sides_.find(side ^ 1);
+            if (known_[other]) continue;
+            const Index way = side % 2 == 0 ? 1 : -1;
+            cross(side / 2, way);
+            enter(other);
+            steps.push_back({other, side / 2, way, item_start_[other]});
+        }
+    }
+
+    struct Seed {
+        Index side;
+        std::vector<std::pair<Index, Index>> winding;  // operand, number
+    };
+
+    // Winding numbers on one side of a piece of surface connected to the item.
+    Seed shoot(Index item) const
+    {
+        const Index f = item >= n_cells_ ? patch_face_[item - n_cells_]
+                                         : cut_.covers[cut_.cells[item].covers_begin].face;
+        const Vec3& a = soup_.points[soup_.faces[f][0]];
+        const Vec3& b = soup_.points[soup_.faces[f][1]];
+        const Vec3& c = soup_.points[soup_.faces[f][2]];
+        const int axis = dominant_axis(a, b, c);
+        const Ray ray{axis, a, b - a, c - a};
+        Seed seed;
+        Index plane = f;
+        if (item >= n_cells_) {
+            seed.side = 2 * item;
+        } else {
+            const Index cell = cell_at_start(ray, f);
+            seed.side = 2 * cell;
+            plane = cut_.cells[cell].plane;
+        }
+        const auto& t = soup_.faces[plane];
+        if (normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) < 0)
+            ++seed.side;
+        seed.winding = windings_beyond(ray);
+        return seed;
+    }
+
+    // The cell over face f into which the ray's start moves.
+    Index cell_at_start(const Ray& ray, Index f) const
+    {
+        const Index corner_f = corner(f, 0);
+        const Index first = cut_.first_cell[f];
+        for (Index c = first; c < cut_.group_end[first]; ++c) {
+            const auto& cell = cut_.cells[c];
+            for (int i = 0; i < 3; ++i) {
+                if (cell.corners[i] != corner_f) continue;
+                const auto& t = soup_.faces[cell.plane];
+                const int sign = normal_sign(ray.axis, soup_.points[t[0]], soup_.points[t[1]],
+                                             soup_.points[t[2]]);
+                const auto left_of = [&](Index p) {
+                    const PointRef& to = cut_.points[p];
+                    const int s = turn_of_vector(ray.axis, ray.start, to, ray.m);
+                    return sign * (s != 0 ? s : turn_of_vector(ray.axis, ray.start, to, ray.m2));
+                };
+                if (left_of(cell.corners[next(i)]) > 0 && left_of(cell.corners[next(next(i))]) < 0)
+                    return c;
+            }
+        }
+        throw Error("mesh_boolean: no cell at a corner of a face");
+    }
+
+    std::vector<std::pair<Index, Index>> windings_beyond(const Ray& ray) const
+    {
+        FloatBox box = box_of(ray.start, ray.start, ray.start);
+        box.high[ray.axis] = 3e38f;
+        std::vector<std::pair<Index, Index>> hits;
+        cut_.tree.query(box, [&](Index f) {
+            const auto& t = soup_.faces[f];
+            const int s = hit(ray, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+            if (s != 0) hits.push_back({soup_.operand[f], s});
+        });
+        std::sort(hits.begin(), hits.end());
+        std::vector<std::pair<Index, Index>> winding;
+        for (const auto& [operand, s] : hits) {
+            if (winding.empty() || winding.back().first != operand) winding.push_back({operand, 0});
+            winding.back().second += s;
+        }
+        return winding;
+    }
+
+    Selection decide()
+    {
+        Selection selection;
+        const auto kept = [&](Index item) -> std::int8_t {
+            const Index front = sides_.find(2 * item);
+            const Index back = sides_.find(2 * item + 1);
+            print_ = prints_[front];
+            cross(item, 1);
+            if (print_ != prints_[back])
+                throw Error(
+                    "mesh_boolean: winding numbers do not agree across a face of operand " +
+                    std::to_string(soup_.operand[item < n_cells_ ? cut_.cells[item].plane
+                                                                 : patch_face_[item - n_cells_]]));
+            cross(item, -1);
+            if (holds_[front] == holds_[back]) return 0;
+            return holds_[back] ? 1 : -1;
+        };
+        selection.cells.resize(n_cells_);
+        for (Index c = 0; c < n_cells_; ++c) selection.cells[c] = kept(c);
+        std::vector<std::int8_t> patches(patch_face_.size());
+        for (std::size_t p = 0; p < patches.size(); ++p)
+            patches[p] = kept(n_cells_ + static_cast<Index>(p));
+        selection.faces.assign(soup_.faces.size(), 0);
+        for (std::size_t f = 0; f < soup_.faces.size(); ++f)
+            if (patch_[f] >= 0) selection.faces[f] = patches[patch_[f]];
+        return selection;
+    }
+
+    const Soup& soup_;
+    const Arrangement& cut_;
+    InsideRule rule_;
+    Index n_cells_;
+    FormulaState formula_;
+    std::vector<Index> winding_;
+    std::uint64_t print_ = 0;  // sum over operands of winding number times a random number
+
+    std::vector<Index> patch_;       // of each face, -1 where not passive
+    std::vector<Index> patch_face_;  // the first face of each patch
+    std::vector<Sheet> sheets_;
+    DisjointSets sides_{0};  // regions: sides that see each other
+    std::vector<Index> item_start_;
+    std::vector<Index> items_;
+    std::vector<char> known_;
+    std::vector<char> holds_;
+    std::vector<std::uint64_t> prints_;
+};
+
+}  // namespace
+
+Selection select(const Soup& soup, const Arrangement& arrangement, const BooleanFormula& formula,
+                 std::int32_t n_operands, InsideRule rule)
+{
+    return Selector(soup, arrangement, formula, n_operands, rule).run();
+}
+
+}  // namespace genus::exact
