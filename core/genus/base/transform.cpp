@@ -210,13 +210,19 @@ Transform rotation(double degrees, const Vec3& axis)
     const Vec3 u = normalized(axis);
     require(dot(u, u) > 0.0, "rotation: the axis is the zero vector");
     const double s = sin_degrees(degrees), c = cos_degrees(degrees);
+    // u u^T by the square of the length, where that is no over- or underflow, and s [u]x divided
+    // last: a third of a turn about (1, 1, 1) then permutes the axes exactly.
+    const bool moderate = norm(axis) > 1e-100 && norm(axis) < 1e100;
+    const Vec3 v = moderate ? axis : u;
+    const double squared = dot(v, v), length = norm(v);
     // R = c I + s [u]x + (1 - c) u u^T
     const std::array<Vec3, 3> turn{
-        {{{0.0, -u[2], u[1]}}, {{u[2], 0.0, -u[0]}}, {{-u[1], u[0], 0.0}}}};
+        {{{0.0, -v[2], v[1]}}, {{v[2], 0.0, -v[0]}}, {{-v[1], v[0], 0.0}}}};
     Transform t;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            t.m[i][j] = (i == j ? c : 0.0) + s * turn[i][j] + (1.0 - c) * (u[i] * u[j]);
+            t.m[i][j] = (i == j ? c : 0.0) + s * turn[i][j] / length +
+                        (1.0 - c) * (v[i] * v[j] / squared);
     return t;
 }
 
