@@ -204,7 +204,7 @@ Value largest(Evaluator& e, const Call& call, Arguments a)
 Value norm_of(Evaluator& e, const Call& call, Arguments a)
 {
     if (a.size() != 1) return wrong_count(e, call);
-    if (!a[0].is_list()) return wrong_kind(e, call);
+    if (!a[0].is_list()) return Value();
     double sum = 0.0;
     for (const Value& v : a[0].items()) {
         if (!v.is_number()) {
@@ -341,8 +341,9 @@ Value look_up(Evaluator& e, const Call& call, Arguments a)
             high_value = value;
         }
     }
-    if (x <= low) return high_value * 0 + low_value;
-    if (x >= high) return high_value;
+    // Beyond an end of the table, or on an entry, one of the two is not bracketed.
+    if (x <= low) return high_value;
+    if (x >= high) return low_value;
     const double t = (x - low) / (high - low);
     return high_value * t + low_value * (1 - t);
 }
@@ -485,22 +486,6 @@ Value characters(Evaluator&, const Call&, Arguments a)
     return Value::string(out);
 }
 
-std::uint32_t code_point(std::string_view c)
-{
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(c[i]); };
-    switch (c.size()) {
-        case 2:
-            return (byte(0) & 0x1fu) << 6 | (byte(1) & 0x3fu);
-        case 3:
-            return (byte(0) & 0x0fu) << 12 | (byte(1) & 0x3fu) << 6 | (byte(2) & 0x3fu);
-        case 4:
-            return (byte(0) & 0x07u) << 18 | (byte(1) & 0x3fu) << 12 | (byte(2) & 0x3fu) << 6 |
-                   (byte(3) & 0x3fu);
-        default:
-            return byte(0);
-    }
-}
-
 Value ordinal(Evaluator& e, const Call& call, Arguments a)
 {
     if (a.size() != 1) return wrong_count(e, call);
@@ -512,7 +497,7 @@ Value ordinal(Evaluator& e, const Call& call, Arguments a)
     }
     const std::string_view text = a[0].as_string();
     if (text.empty()) return Value();
-    return static_cast<double>(code_point(text.substr(0, character_bytes(text, 0))));
+    return static_cast<double>(decode_character(text.substr(0, character_bytes(text, 0))));
 }
 
 // Kinds.

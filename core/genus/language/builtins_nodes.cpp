@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 
@@ -200,9 +201,6 @@ ModelNode own_solid(Evaluator& e, const Statement& s, const Arguments& a)
         if (!a.values[i].is_undef())
             node.parameters.emplace_back(std::string((*a.names)[i]),
                                          to_model(a.values[i], e.program().names));
-    const Facets f = facets(e);
-    // Exact shapes: how the text language would cut them is not said anywhere.
-    (void)f;
     return node;
 }
 constexpr char kTorus[] = "torus", kEllipsoid[] = "ellipsoid", kCone[] = "cone",
@@ -247,7 +245,7 @@ ModelNode scale(Evaluator& e, const Statement& s, const Arguments& a)
     else
         warn(e, s,
              "Unable to convert scale(" + shown(e, a["v"]) +
-                 ") parameter to a number, a vec3 or vec2 of numbers");
+                 ") parameter to a number, a vec3 or vec2 of numbers or a number");
     Transform t;
     for (int i = 0; i < 3; ++i) t.m[i][i] = factors[i];
     return transform_node(e, s, t);
@@ -289,7 +287,7 @@ ModelNode rotate(Evaluator& e, const Statement& s, const Arguments& a)
         const bool axis_good = a["v"].is_undef() || (axis && is_finite(*axis));
         if (!good || !axis_good)
             warn(e, s,
-                 a["v"].is_undef()
+                 !good && (axis_good || a["v"].is_undef())
                      ? "Problem converting rotate(a=" + shown(e, angle) + ") parameter"
                      : "Problem converting rotate(..., v=" + shown(e, a["v"]) + ") parameter");
     }
@@ -299,13 +297,14 @@ ModelNode rotate(Evaluator& e, const Statement& s, const Arguments& a)
 ModelNode mirror(Evaluator& e, const Statement& s, const Arguments& a)
 {
     Transform t;
-    const auto v = vector_2_or_3(a["v"], 0.0);
-    if (!v)
+    auto v = vector_2_or_3(a["v"], 0.0);
+    if (!v) {
         warn(e, s,
              "Unable to convert mirror(" + shown(e, a["v"]) +
                  ") parameter to a vec3 or vec2 of numbers");
-    else if (is_finite(*v) && norm(*v) > 0.0)
-        t = genus::mirror(*v);
+        v = Vec3{{1, 0, 0}};
+    }
+    if (is_finite(*v) && norm(*v) > 0.0) t = genus::mirror(*v);
     return transform_node(e, s, t);
 }
 
@@ -328,6 +327,14 @@ ModelNode multiply_matrix(Evaluator& e, const Statement& s, const Arguments& a)
     return transform_node(e, s, t);
 }
 
+std::string one_decimal(double x)
+{
+    char buffer[400];
+    const auto end =
+        std::to_chars(buffer, buffer + sizeof buffer, x, std::chars_format::fixed, 1).ptr;
+    return std::string(buffer, end);
+}
+
 ModelNode color(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("color", s);
@@ -335,12 +342,13 @@ ModelNode color(Evaluator& e, const Statement& s, const Arguments& a)
     const Value& c = a["c"];
     if (c.is_list()) {
         const auto items = c.items();
+        rgba.fill(1.0);
         for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 4); ++i) {
             rgba[i] = number(items[i]).value_or(0.0);
             if (!(rgba[i] <= 1.0))
                 warn(e, s,
                      "color() expects numbers between 0.0 and 1.0. Value of " +
-                         number_text(rgba[i]) + " is out of range");
+                         one_decimal(rgba[i]) + " is out of range");
         }
     } else if (c.is_string()) {
         const auto found = parse_color(c.as_string());
@@ -446,18 +454,56 @@ std::string text_or(const Value& v, const char* otherwise)
     return v.is_string() ? std::string(v.as_string()) : std::string(otherwise);
 }
 
+// The script of the first letter whose script is known, by the ranges of Unicode; empty if none.
+std::string script_of(std::string_view text)
+{
+    struct Range {
+        std::uint32_t first, last;
+        const char* script;
+    };
+    static constexpr Range ranges[] = {
+        {0x41, 0x5a, "Latn"},     {0x61, 0x7a, "Latn"},     {0xc0, 0x24f, "Latn"},
+        {0x370, 0x3ff, "Grek"},   {0x400, 0x52f, "Cyrl"},   {0x531, 0x58f, "Armn"},
+        {0x591, 0x5f4, "Hebr"},   {0x600, 0x6ff, "Arab"},   {0x900, 0x97f, "Deva"},
+        {0xe01, 0xe5b, "Thai"},   {0x10a0, 0x10ff, "Geor"}, {0x1e00, 0x1eff, "Latn"},
+        {0x3041, 0x309f, "Hira"}, {0x30a0, 0x30ff, "Kana"}, {0x4e00, 0x9fff, "Hani"},
+        {0xac00, 0xd7a3, "Hang"}};
+    std::string found;
+    for_each_character(text, [&](std::string_view c) {
+        const std::uint32_t code = decode_character(c);
+        for (const Range& range : ranges)
+            if (found.empty() && code >= range.first && code <= range.last) found = range.script;
+    });
+    return found;
+}
+
+// A script is named by four letters, the first of them a capital.
+std::string script_tag(std::string_view name)
+{
+    std::string tag(name.substr(0, 4));
+    for (std::size_t i = 0; i < tag.size(); ++i)
+        tag[i] = static_cast<char>(i == 0 ? std::toupper(static_cast<unsigned char>(tag[i]))
+                                          : std::tolower(static_cast<unsigned char>(tag[i])));
+    tag.resize(4, ' ');
+    return tag;
+}
+
 ModelNode text(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("text", s);
-    node.parameters = {{"text", text_or(a["text"], "")},
+    const std::string content = text_or(a["text"], "");
+    const std::string script =
+        a["script"].is_string() ? script_tag(a["script"].as_string()) : script_of(content);
+    const bool leftward = script == "Hebr" || script == "Arab";
+    node.parameters = {{"text", content},
                        {"size", number(a["size"]).value_or(10.0)},
                        {"spacing", number(a["spacing"]).value_or(1.0)},
                        {"font", text_or(a["font"], "")},
-                       {"direction", text_or(a["direction"], "ltr")},
-                       {"language", text_or(a["language"], "en")},
-                       {"script", text_or(a["script"], "Latn")},
-                       {"halign", text_or(a["halign"], "left")},
-                       {"valign", text_or(a["valign"], "baseline")}};
+                       {"direction", text_or(a["direction"], leftward ? "rtl" : "ltr")},
+                       {"language", text_or(a["language"], "en")}};
+    if (!script.empty()) node.parameters.emplace_back("script", script);
+    node.parameters.emplace_back("halign", text_or(a["halign"], "left"));
+    node.parameters.emplace_back("valign", text_or(a["valign"], "baseline"));
     const Facets f = facets(e);
     add_facets(node, f);
     node.fragments = f.round_fragments(number(a["size"]).value_or(10.0));
@@ -495,17 +541,11 @@ ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
                        {"convexity", std::trunc(convexity)}};
     const Facets f = facets(e);
     const double twist = number(a["twist"]).value_or(0.0);
-    const bool twisted = a["twist"].is_number() && twist != 0.0;
-    if (twisted) {
-        const double slices = std::trunc(number(a["slices"]).value_or(0.0));
-        node.parameters.emplace_back("twist", twist);
-        node.parameters.emplace_back("slices",
-                                     slices > 0 ? slices : f.twist_slices(std::fabs(twist)));
-    } else if (a["slices"].is_number()) {
-        node.parameters.emplace_back("slices", std::max(std::trunc(a["slices"].as_number()), 1.0));
-    }
+    if (twist != 0.0) node.parameters.emplace_back("twist", twist);
+    const double slices = std::trunc(number(a["slices"]).value_or(0.0));
+    if (slices > 0) node.parameters.emplace_back("slices", slices);
     node.parameters.emplace_back("scale", to_model(factors));
-    if (!twisted) add_facets(node, f);
+    if (!(slices > 0)) add_facets(node, f);
     return node;
 }
 

@@ -47,7 +47,8 @@ void Diagnostics::warn_with_hint(const Place& place, const std::string& text,
 
 void Diagnostics::deprecated(const Place& place, const std::string& text)
 {
-    add(Message::Kind::Deprecated, place, "DEPRECATED: " + text + located(place));
+    const std::string line = "DEPRECATED: " + text + located(place);
+    if (said_.insert(line).second) add(Message::Kind::Deprecated, place, line);
 }
 
 void Diagnostics::add(Message::Kind kind, const Place& place, std::string text)

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "genus/base/error.h"
@@ -59,6 +60,7 @@ public:
     void warn(const Place& place, const std::string& text);
     /// A warning with a second line of advice.
     void warn_with_hint(const Place& place, const std::string& text, const std::string& hint);
+    /// The same as "DEPRECATED: ...", but once for each line of the model.
     void deprecated(const Place& place, const std::string& text);
 
     std::vector<Message> take() { return std::move(messages_); }
@@ -69,6 +71,7 @@ private:
 
     const Sources& sources_;
     std::vector<Message> messages_;
+    std::unordered_set<std::string> said_;
     std::size_t bytes_ = 0;
 };
 

@@ -27,11 +27,4 @@ int Facets::round_fragments(double r) const
     return fragments(r);
 }
 
-double Facets::twist_slices(double degrees) const
-{
-    // A cube root of the circle's sides would be finer than needed; this is what the text language
-    // does for a circle of undefined radius.
-    return std::max(std::ceil(std::max(fn > 0.0 ? fn : 360.0 / fa, 1.0) * degrees / 360.0), 1.0);
-}
-
 }  // namespace genus::language

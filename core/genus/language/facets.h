@@ -17,8 +17,6 @@ struct Facets {
     int fragments(double r) const;
     /// The same, but 0, the exact shape, where a tolerance asks for it.
     int round_fragments(double r) const;
-    /// Layers of an extrusion that is twisted by so many degrees.
-    double twist_slices(double degrees) const;
 };
 
 }  // namespace genus::language

@@ -18,21 +18,58 @@ struct Digits {
     int exponent = 0;
 };
 
-Digits six_digits(double value)
+// Scientific form of so many digits, cut into digits and exponent.
+Digits split(const char* c, const char* end)
 {
-    char buffer[32];
-    const auto end =
-        std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::scientific, 5).ptr;
     Digits d;
-    const char* c = buffer;
     for (; c != end && *c != 'e'; ++c)
         if (*c != '.') d.text[d.n++] = *c;
-    while (d.n > 1 && d.text[d.n - 1] == '0') --d.n;
     if (c != end) {
         ++c;
         if (*c == '+') ++c;
         std::from_chars(c, end, d.exponent);
     }
+    return d;
+}
+
+// One unit more in the last digit.
+void round_up(Digits& d)
+{
+    int i = d.n - 1;
+    for (; i >= 0 && d.text[i] == '9'; --i) d.text[i] = '0';
+    if (i >= 0) {
+        ++d.text[i];
+        return;
+    }
+    d.text[0] = '1';
+    ++d.exponent;
+}
+
+// Whether the value lies exactly in the middle between two numbers of six digits and was rounded
+// down to the even one; the text language rounds such up.
+bool rounded_down_from_middle(double value, const Digits& d)
+{
+    if ((d.text[5] - '0') % 2 != 0) return false;
+    char exact[64];
+    const auto end =
+        std::to_chars(exact, exact + sizeof exact, value, std::chars_format::scientific, 40).ptr;
+    std::string digits;
+    for (const char* c = exact; c != end && *c != 'e'; ++c)
+        if (*c != '.') digits += *c;
+    return digits.compare(0, 6, d.text, 6) == 0 && digits[6] == '5' &&
+           digits.find_first_not_of('0', 7) == std::string::npos;
+}
+
+Digits six_digits(double value)
+{
+    char buffer[32];
+    const auto end =
+        std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::scientific, 5).ptr;
+    Digits d = split(buffer, end);
+    // A number in the middle has a short binary fraction; most have none and are done.
+    if (value * 67108864.0 == std::floor(value * 67108864.0) && rounded_down_from_middle(value, d))
+        round_up(d);
+    while (d.n > 1 && d.text[d.n - 1] == '0') --d.n;
     return d;
 }
 

@@ -310,6 +310,22 @@ std::size_t count_characters(std::string_view text)
     return n;
 }
 
+std::uint32_t decode_character(std::string_view c)
+{
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(c[i]); };
+    switch (c.size()) {
+        case 2:
+            return (byte(0) & 0x1fu) << 6 | (byte(1) & 0x3fu);
+        case 3:
+            return (byte(0) & 0x0fu) << 12 | (byte(1) & 0x3fu) << 6 | (byte(2) & 0x3fu);
+        case 4:
+            return (byte(0) & 0x07u) << 18 | (byte(1) & 0x3fu) << 12 | (byte(2) & 0x3fu) << 6 |
+                   (byte(3) & 0x3fu);
+        default:
+            return byte(0);
+    }
+}
+
 std::string encode_character(std::uint32_t code)
 {
     std::string s;

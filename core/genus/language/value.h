@@ -175,6 +175,8 @@ std::uint32_t range_size(const RangeObject& range);
 std::size_t character_bytes(std::string_view text, std::size_t at);
 /// Number of characters of UTF-8 text; stray bytes count as one each.
 std::size_t count_characters(std::string_view text);
+/// The code point of one character as `character_bytes` cuts them.
+std::uint32_t decode_character(std::string_view character);
 /// The code point in UTF-8; empty if it is none.
 std::string encode_character(std::uint32_t code);
 
