@@ -292,9 +292,13 @@ std::vector<Ring> PlanarArrangement::border(const std::function<bool(const Windi
         if (!inside_above) std::swap(kept.back().from, kept.back().to);
     }
     const auto traced = trace(kept);
+    // Where rings touch, the point stays a corner of each of them.
+    std::vector<std::int32_t> n_rings(points_.size(), 0);
+    for (const auto& ring : traced)
+        for (const std::int32_t v : ring) ++n_rings[v];
     std::vector<Ring> rings, on_grid;
     for (const auto& ring : traced) {
-        const auto corners = without_flat_corners(ring);
+        const auto corners = without_flat_corners(ring, n_rings);
         if (corners.size() < 3) continue;
         rings.push_back(to_ring(corners, true));
     }
@@ -356,9 +360,10 @@ std::vector<std::vector<std::int32_t>> PlanarArrangement::trace(const std::vecto
 // A corner that is straight on the grid, or that only stands where a cut through an input edge was
 // rounded, is not a corner of the region.
 std::vector<std::int32_t> PlanarArrangement::without_flat_corners(
-    const std::vector<std::int32_t>& ring) const
+    const std::vector<std::int32_t>& ring, const std::vector<std::int32_t>& n_rings) const
 {
     const auto flat = [&](std::int32_t u, std::int32_t v, std::int32_t w) {
+        if (n_rings[v] > 1) return false;
         const Point a = points_[u], b = points_[v], c = points_[w];
         const Wide area = Wide(b.x - a.x) * (c.y - a.y) - Wide(b.y - a.y) * (c.x - a.x);
         if (area == 0) return true;

@@ -52,7 +52,8 @@ private:
     int side(const Edge& edge, const Point& p) const;
     std::int32_t vertex(const Point& p);
     std::vector<std::vector<std::int32_t>> trace(const std::vector<Edge>& kept) const;
-    std::vector<std::int32_t> without_flat_corners(const std::vector<std::int32_t>& ring) const;
+    std::vector<std::int32_t> without_flat_corners(const std::vector<std::int32_t>& ring,
+                                                   const std::vector<std::int32_t>& n_rings) const;
     Ring to_ring(const std::vector<std::int32_t>& ring, bool original) const;
     double coordinate(std::int64_t snapped, int axis, bool original) const;
 
