@@ -76,6 +76,7 @@ private:
 struct Part {
     KeyTable keys;
     std::vector<Vec3> points;
+    std::vector<double> cell_size;
     std::vector<Triangle> faces;
     std::vector<std::int32_t> surface_of_face;
 };
@@ -525,20 +526,24 @@ private:
         const double size = diameter(p);
         if (size <= demands.min_size) return false;
         if (f.surfaces().size() > kMaxCut) return true;
-        double allowed = demands.max_error;
         if (!demands.finer.empty()) {
-            const Box3 box = box_of(p);
-            for (const auto& [place, error] : demands.finer)
-                if (overlap(box, place)) allowed = std::min(allowed, error);
+            bool finer = false;
+            m_.finer_.visit_overlapping(box_of(p), [&](std::int32_t i) {
+                finer = finer || size > demands.finer[static_cast<std::size_t>(i)].second;
+            });
+            if (finer) return true;
         }
+        const double cosine =
+            f.surfaces().size() > 1 ? demands.min_cosine_several : demands.min_cosine;
         for (const std::int32_t s : f.surfaces())
-            if (!m_.forms_[s].is_plane() && bends_too_much(m_.forms_[s], p, allowed, demands))
+            if (!m_.forms_[s].is_plane() &&
+                bends_too_much(m_.forms_[s], p, demands.max_error, cosine))
                 return true;
         return false;
     }
 
     static bool bends_too_much(const SurfaceForm& form, const std::array<Vec3, 4>& p,
-                               double allowed, const CellDemands& demands)
+                               double max_error, double min_cosine)
     {
         std::array<Vec3, 4> g;
         Vec3 mean;
@@ -550,10 +555,10 @@ private:
         double least = std::numeric_limits<double>::infinity();
         for (const Vec3& v : g) {
             const double along = dot(v, d);
-            if (!(along > demands.min_cosine * norm(v))) return true;
+            if (!(along > min_cosine * norm(v))) return true;
             least = std::min(least, along);
         }
-        return form.linear_error(p) > allowed * least;
+        return form.linear_error(p) > max_error * least;
     }
 
     void contour(const LatticeTet& tet, const std::array<Vec3, 4>& p, const SignFormula& formula,
@@ -651,7 +656,12 @@ private:
             for (std::size_t k = 0; k < v.n_surfaces; ++k)
                 key.surfaces[k] = surfaces[v.surfaces[k]];
             const auto [number, is_new] = part.keys.number(key);
-            if (is_new) part.points.push_back(points.back());
+            if (is_new) {
+                part.points.push_back(points.back());
+                part.cell_size.push_back(diameter(corners));
+            } else {
+                part.cell_size[number] = std::min(part.cell_size[number], diameter(corners));
+            }
             numbers.push_back(number);
         }
         for (Triangle t : cut_ears(points, gradient_of(cell.row(own), corners))) {
@@ -744,6 +754,9 @@ std::array<Vec3, 4> CellMesher::positions(const LatticeTet& tet) const
 
 void CellMesher::refine(const CellDemands& demands, std::int64_t max_cells)
 {
+    std::vector<Box3> places;
+    for (const auto& [place, size] : demands.finer) places.push_back(place);
+    finer_ = BoxTree(places);
     const std::vector<LatticeTet> tasks = task_roots();
     std::vector<std::vector<LatticePoint>> splits(tasks.size());
     parallel_for(tasks.size(), 4, [&](std::size_t begin, std::size_t end) {
@@ -782,7 +795,11 @@ SurfaceMesh CellMesher::extract() const
             const VertexKey& key = part.keys.keys()[v];
             const auto [n, is_new] = all.number(key);
             number.push_back(n);
-            if (!is_new) continue;
+            if (!is_new) {
+                result.cell_size[n] = std::min(result.cell_size[n], part.cell_size[v]);
+                continue;
+            }
+            result.cell_size.push_back(part.cell_size[v]);
             result.mesh.vertices.push_back(part.points[v]);
             result.surfaces_of_vertex.push_back(key.surfaces);
         }

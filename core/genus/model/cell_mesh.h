@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/indexed_mesh.h"
 #include "genus/model/csg_field.h"
 #include "genus/model/sign_formula.h"
@@ -20,17 +21,21 @@ struct SurfaceMesh {
     std::vector<std::array<std::int32_t, 3>> surfaces_of_vertex;
     /// The surface of each face, 2 * number, plus 1 if the face is turned against its gradient.
     std::vector<std::int32_t> surface_of_face;
+    /// Diameter of the smallest cell at a vertex.
+    std::vector<double> cell_size;
 };
 
 /// What the cells of a CellMesher must satisfy where the solid has its surface.
 struct CellDemands {
     /// Largest distance, roughly, between a surface and its linear interpolant in a cell.
     double max_error = 0.0;
-    /// Cosine of the largest angle between a normal in a cell and the mean normal.
-    double min_cosine = 0.8;
+    /// Cosine of the largest angle between a normal in a cell and the mean normal, for cells with
+    /// one surface and for cells with several.
+    double min_cosine = 0.92, min_cosine_several = 0.98;
     /// Cells are not cut below this size, whatever else is asked.
     double min_size = 0.0;
-    /// Places where `max_error` is another one, the smallest counts.
+    /// Places where curved cells, and cells with several surfaces, must not be larger than this;
+    /// the smallest counts.
     std::vector<std::pair<Box3, double>> finer;
 };
 
@@ -72,6 +77,7 @@ private:
     Box3 cube_;
     double step_ = 0.0;
     BisectionTree tree_;
+    BoxTree finer_;  // over CellDemands::finer, for the time of a refine
 
     friend class CellWalk;
 };

@@ -88,23 +88,32 @@ public:
     {
         for (std::size_t v = 0; v < offset_.size(); ++v) {
             const double length = norm(direction_[v]);
-            const double reach = std::max(offset_[v][0], offset_[v][1]) * length;
-            c.bound = std::max(c.bound, reach);
+            const double share = std::max(offset_[v][0], offset_[v][1]) * length;
+            c.bound = std::max(c.bound, share);
             double& part = n_labels_[v] > 1 ? c.creases : c.faces;
-            part = std::max(part, reach);
+            part = std::max(part, share);
             c.rounding = std::max(c.rounding, rounding_[v] * length);
         }
         for (std::size_t f = 0; f < open_.size(); ++f) {
-            if (open_[f] == 0) continue;
+            if (open_[f] == 0 && reach(static_cast<std::int32_t>(f)) <= tolerance_) continue;
             ++c.n_failed;
-            if (static_cast<std::int64_t>(c.failed.size()) >= kMaxListed) continue;
-            Box3 box;
-            for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
-            c.failed.push_back(box);
+            c.failed_faces.push_back(static_cast<std::int32_t>(f));
+            if (static_cast<std::int64_t>(c.failed.size()) < kMaxListed)
+                c.failed.push_back(face_box(static_cast<std::int32_t>(f)));
         }
     }
 
 private:
+    // The most that a corner of the face moves. A face keeps its own error from this as long as
+    // its neighbours are no worse.
+    double reach(std::int32_t f) const
+    {
+        double most = 0.0;
+        for (const std::int32_t v : m_.mesh.faces[f])
+            most = std::max(most, std::max(offset_[v][0], offset_[v][1]) * norm(direction_[v]));
+        return most;
+    }
+
     Box3 face_box(std::int32_t f) const
     {
         Box3 box;

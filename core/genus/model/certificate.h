@@ -21,6 +21,9 @@ struct Certificate {
     /// list because it is long enough.
     std::vector<Box3> failed;
     std::int64_t n_failed = 0;
+    /// Faces that are not shown to be near the surface, or whose share of the bound is more than
+    /// the tolerance: the mesh is too coarse there, or wrong. Counted in `n_failed`.
+    std::vector<std::int32_t> failed_faces;
     /// Boxes looked at for the way from surface to mesh.
     std::int64_t n_boxes = 0;
 };

@@ -21,6 +21,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxAttempts = 8;
+constexpr int kMaxPasses = 6;
+constexpr std::size_t kMaxPlaces = 256;
+constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
+constexpr double kTighter = 0.6;
 
 // Adds the seconds since construction, or since the last call, to a named stage.
 class StageClock {
@@ -65,40 +69,76 @@ public:
     {
         CellMesher mesher(formula_, forms_, cube_);
         CellDemands demands;
-        demands.max_error = 0.45 * result_.tolerance;
+        demands.max_error = cube_.diagonal();
         demands.min_size = 0.25 * result_.tolerance;
         for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / kMaxAttempts);
             mesher.refine(demands, 4 * options_.max_triangles + 1000);
             SurfaceMesh mesh = mesher.extract();
-            if (static_cast<std::int64_t>(mesh.mesh.n_faces()) > options_.max_triangles)
-                give_up("the mesh would have more than max_triangles triangles");
             const bool closed = separate_fans(mesh);
-            settle(mesh, forms_);
             clock_.end("mesh");
-            if (closed && passes(mesh)) {
+            trouble_ = {{cube_, 0.5 * smallest_cell(mesh)}};
+            if (closed && reach_tolerance(mesh)) {
                 finish(std::move(mesh));
                 return;
             }
-            if (!closed) places_ = {cube_};
-            look_closer(demands, attempt);
+            demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
         }
         give_up("the tolerance was not reached");
     }
 
 private:
-    bool passes(const SurfaceMesh& mesh)
+    // Brings a mesh with the right combination of faces to the tolerance and through all checks.
+    // Where that fails, `places_` says where.
+    bool reach_tolerance(SurfaceMesh& surface)
     {
-        const Certificate c = certify(mesh, formula_, forms_, cube_, result_.tolerance);
-        clock_.end("certify");
-        places_ = c.failed;
-        if (c.n_failed > 0) return false;
+        FlexibleMesh rough(std::move(surface));
+        coarsen(rough, forms_);
+        surface = rough.release();
+        settle(surface, forms_);
+        std::vector<double> factors;
+        double failed_before = kInfinity;
+        for (int pass = 0; pass < kMaxPasses; ++pass) {
+            FlexibleMesh mesh(std::move(surface));
+            if (pass == 0) coarsen(mesh, forms_);
+            const std::size_t before = mesh.n_vertices();
+            const std::vector<Box3> stuck = subdivide(mesh, forms_, kEdgeShare * result_.tolerance,
+                                                      factors, options_.max_triangles);
+            const bool grew = mesh.n_vertices() > before;
+            if (pass == 0) factors.clear();
+            surface = mesh.release();
+            clock_.end("refine");
+            const Certificate c = certify(surface, formula_, forms_, cube_, result_.tolerance);
+            clock_.end("certify");
+            if (c.n_failed == 0) return passes(surface, c);
+            note_trouble(surface, c);
+            const bool better = static_cast<double>(c.n_failed) < 0.6 * failed_before;
+            if (c.failed_faces.empty() || (pass > 0 && !(grew && better))) return false;
+            failed_before = static_cast<double>(c.n_failed);
+            factors.resize(surface.mesh.n_vertices(), 1.0);
+            std::vector<char> again(factors.size(), 0);
+            for (const std::int32_t f : c.failed_faces)
+                for (const std::int32_t v : surface.mesh.faces[f]) again[v] = 1;
+            for (std::size_t v = 0; v < factors.size(); ++v)
+                if (again[v] != 0) factors[v] *= kTighter;
+        }
+        return false;
+    }
+
+    bool passes(const SurfaceMesh& mesh, const Certificate& c)
+    {
         const Validation validation = validate(mesh.mesh);
         clock_.end("gate");
+        trouble_.clear();
         for (const Finding& finding : validation.findings) {
             Box3 box;
-            box.add(finding.at);
-            places_.push_back(box);
+            double size = kInfinity;
+            for (const std::int32_t f : finding.faces)
+                for (const std::int32_t v : mesh.mesh.faces[f]) {
+                    box.add(mesh.mesh.vertices[v]);
+                    size = std::min(size, mesh.cell_size[v]);
+                }
+            if (!box.empty()) trouble_.emplace_back(box, 0.5 * size);
         }
         if (!validation.ok()) return false;
         result_.error.bound = c.bound;
@@ -106,7 +146,7 @@ private:
         result_.error.parts = {
             {"faces", c.faces}, {"edges and corners", c.creases}, {"rounding", c.rounding}};
         std::stable_sort(result_.error.parts.begin(), result_.error.parts.end(),
-                         [](const auto& a, const auto& b) { return a.second > b.second; });
+                         [](const auto& x, const auto& y) { return x.second > y.second; });
         return true;
     }
 
@@ -120,18 +160,37 @@ private:
         result_.mesh = std::move(mesh.mesh);
     }
 
-    void look_closer(CellDemands& demands, int attempt)
+    static double smallest_cell(const SurfaceMesh& mesh)
     {
-        const double error = demands.max_error * std::ldexp(1.0, -2 * (attempt + 1));
-        demands.min_size = std::min(demands.min_size, 0.5 * error);
-        for (const Box3& place : places_)
-            demands.finer.emplace_back(place.inflated(2.0 * result_.tolerance), error);
+        double least = kInfinity;
+        for (const double size : mesh.cell_size) least = std::min(least, size);
+        return least;
+    }
+
+    // Asks for cells of half the size round these faces, and for boxes of half theirs.
+    void note_trouble(const SurfaceMesh& mesh, const Certificate& c)
+    {
+        trouble_.clear();
+        for (const std::int32_t f : c.failed_faces) {
+            Box3 box;
+            double size = kInfinity;
+            for (const std::int32_t v : mesh.mesh.faces[f]) {
+                box.add(mesh.mesh.vertices[v]);
+                size = std::min(size, mesh.cell_size[v]);
+            }
+            trouble_.emplace_back(box.inflated(result_.tolerance), 0.5 * size);
+        }
+        if (trouble_.empty())
+            for (const Box3& box : c.failed) trouble_.emplace_back(box, 0.5 * box.diagonal());
     }
 
     [[noreturn]] void give_up(const std::string& why) const
     {
+        std::vector<Box3> places;
+        for (const auto& [box, size] : trouble_)
+            if (places.size() < kMaxPlaces) places.push_back(box);
         throw ToleranceNotMet("mesh: " + why + ", asked for " + to_text(result_.tolerance),
-                              result_.tolerance, kInfinity, places_);
+                              result_.tolerance, kInfinity, std::move(places));
     }
 
     const MeshOptions& options_;
@@ -141,7 +200,7 @@ private:
     SignFormula formula_;
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
-    std::vector<Box3> places_;
+    std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };
 
 }  // namespace

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <queue>
 
+#include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/base/progress.h"
 #include "genus/mesh/sides.h"
 
 namespace genus {
@@ -104,6 +107,8 @@ bool separate_fans(SurfaceMesh& surface)
                 const auto on = surface.surfaces_of_vertex[v];
                 mesh.vertices.push_back(p);
                 surface.surfaces_of_vertex.push_back(on);
+                const double size = surface.cell_size[v];
+                surface.cell_size.push_back(size);
             }
         }
         faces[s / 3][s % 3] = number[root];
@@ -155,6 +160,328 @@ std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
         }
     }
     return std::count(stays.begin(), stays.end(), 1);
+}
+
+namespace {
+
+constexpr double kShortEdge = 0.35;    // of the cell size
+constexpr double kLongEdge = 1.5;      // a collapse makes no edge longer than this
+constexpr double kNormalCosine = 0.6;  // between a face and the exact normals at its corners
+constexpr double kGoodShape = 0.1;     // height over longest side
+constexpr double kLeastShape = 0.02;   // a new vertex does not make faces thinner than this
+constexpr int kCoarsenRounds = 8;
+
+class Shaper {
+public:
+    Shaper(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms) : m_(mesh), forms_(forms) {}
+
+    struct Shape {
+        double height_ratio;  // smallest height over longest side
+        bool faces_right;     // the normal agrees with the exact ones
+    };
+    Shape shape(const Vec3& a, const Vec3& b, const Vec3& c, std::int32_t label) const
+    {
+        const Vec3 n = cross(b - a, c - a);
+        const double area = norm(n);
+        const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
+        const SurfaceForm& form = forms_[label >> 1];
+        const double turn = (label & 1) != 0 ? -1.0 : 1.0;
+        bool right = area > 0.0;
+        const int n_checks = form.is_plane() ? 1 : 3;
+        const std::array<const Vec3*, 3> corners{&a, &b, &c};
+        for (int i = 0; i < n_checks && right; ++i) {
+            const Vec3 g = form.gradient(*corners[i]);
+            right = turn * dot(n, g) >= kNormalCosine * area * norm(g);
+        }
+        return {longest > 0.0 ? area / longest : 0.0, right};
+    }
+
+    Shape face_shape(std::int32_t s) const
+    {
+        return shape(m_.point(m_.from(s)), m_.point(m_.to(s)), m_.point(m_.apex(s)), m_.label(s));
+    }
+
+    double length(std::int32_t s) const
+    {
+        return distance(m_.point(m_.from(s)), m_.point(m_.to(s)));
+    }
+
+    // May the origin of s go to its end? Inside a face always, along a curve on the curve only.
+    bool kind_allows(std::int32_t s) const
+    {
+        const int n = m_.n_creases(m_.from(s));
+        return n == 0 || (n == 2 && m_.is_crease(s));
+    }
+
+    bool try_collapse(std::int32_t s)
+    {
+        if (!kind_allows(s) || !m_.can_collapse(s)) return false;
+        const std::int32_t a = m_.from(s), b = m_.to(s);
+        const double limit = kLongEdge * std::max(m_.cell_size(a), m_.cell_size(b));
+        double before = 1.0, after = 1.0;
+        bool right_before = true, right_after = true, too_long = false;
+        m_.visit_ring(a, [&](std::int32_t x) {
+            const Shape old = face_shape(x);
+            before = std::min(before, old.height_ratio);
+            right_before = right_before && old.faces_right;
+            if (m_.to(x) == b || m_.apex(x) == b) return;
+            too_long = too_long || distance(m_.point(b), m_.point(m_.to(x))) > limit;
+            const Shape now =
+                shape(m_.point(b), m_.point(m_.to(x)), m_.point(m_.apex(x)), m_.label(x));
+            after = std::min(after, now.height_ratio);
+            right_after = right_after && now.faces_right;
+        });
+        if (too_long || (right_before && !right_after)) return false;
+        if (after < std::min(before, kGoodShape)) return false;
+        m_.collapse(s);
+        return true;
+    }
+
+    // Flips an edge inside a face if the worse of its two triangles gets better by it.
+    bool try_flip(std::int32_t s, double gain)
+    {
+        if (m_.is_crease(s)) return false;
+        const std::int32_t t = m_.twin(s);
+        const Shape p = face_shape(s), q = face_shape(t);
+        const double before = std::min(p.height_ratio, q.height_ratio);
+        const Vec3 &a = m_.point(m_.from(s)), &b = m_.point(m_.to(s));
+        const Vec3 &c = m_.point(m_.apex(s)), &d = m_.point(m_.apex(t));
+        const Shape r = shape(d, c, a, m_.label(s)), u = shape(c, d, b, m_.label(s));
+        if (!r.faces_right || !u.faces_right) return false;
+        const bool rights = !p.faces_right || !q.faces_right;
+        if (!rights && std::min(r.height_ratio, u.height_ratio) <= gain * before) return false;
+        return m_.flip(s);
+    }
+
+protected:
+    FlexibleMesh& m_;
+    const std::vector<SurfaceForm>& forms_;
+};
+
+// Sides, one an edge, that are short beside their cells, the shortest first.
+std::vector<std::int32_t> short_edges(const FlexibleMesh& m, const Shaper& shaper)
+{
+    std::vector<std::pair<double, std::int32_t>> found;
+    for (std::int32_t s = 0; s < m.n_sides(); ++s) {
+        if (!m.alive(s) || m.twin(s) < s) continue;
+        const double size = std::min(m.cell_size(m.from(s)), m.cell_size(m.to(s)));
+        const double ratio = shaper.length(s) / size;
+        if (ratio < kShortEdge) found.emplace_back(ratio, s);
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<std::int32_t> sides;
+    for (const auto& [ratio, s] : found) sides.push_back(s);
+    return sides;
+}
+
+// Halves edges, the one with the largest error first.
+class Subdivider : Shaper {
+public:
+    Subdivider(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error,
+               std::vector<double>& factors)
+        : Shaper(mesh, forms), max_error_(max_error), factors_(factors)
+    {
+        factors_.resize(mesh.n_vertices(), 1.0);
+        spread_.resize(mesh.n_vertices(), 1.0);
+        parallel_for(mesh.n_vertices(), 1024, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v)
+                if (mesh.exists(static_cast<std::int32_t>(v)))
+                    spread_[v] = spread_at(static_cast<std::int32_t>(v));
+        });
+    }
+
+    std::vector<Box3> run(std::int64_t max_triangles)
+    {
+        for (std::int32_t s = 0; s < m_.n_sides(); ++s)
+            if (m_.alive(s) && s < m_.twin(s)) push(s);
+        std::int64_t steps = 0;
+        while (!queue_.empty()) {
+            const Entry e = queue_.top();
+            queue_.pop();
+            if ((++steps & 1023) == 0) current_progress().check();
+            if (m_.from(e.side) != e.a || m_.to(e.side) != e.b) continue;
+            if (m_.n_sides() / 3 > max_triangles)
+                throw ToleranceNotMet("mesh: more than max_triangles triangles are needed",
+                                      max_error_, e.error, {});
+            if (halve(e.side, kMaxHelp)) continue;
+            Box3 box;
+            box.add(m_.point(e.a));
+            box.add(m_.point(e.b));
+            places_.push_back(box);
+        }
+        return std::move(places_);
+    }
+
+private:
+    static constexpr int kMaxHelp = 6;
+
+    struct Entry {
+        double error;
+        std::int32_t side, a, b;
+        bool operator<(const Entry& o) const
+        {
+            return error != o.error ? error < o.error : side < o.side;
+        }
+    };
+
+    Vec3 outward(std::int32_t label, const Vec3& p) const
+    {
+        const Vec3 g = normalized(forms_[label >> 1].gradient(p));
+        return (label & 1) != 0 ? -g : g;
+    }
+
+    // Length of the shortest vector along which all faces at v recede by one.
+    double spread_at(std::int32_t v) const
+    {
+        std::vector<std::int32_t> labels;
+        m_.visit_ring(v, [&](std::int32_t s) {
+            if (std::find(labels.begin(), labels.end(), m_.label(s)) == labels.end())
+                labels.push_back(m_.label(s));
+        });
+        if (labels.size() < 2) return 1.0;
+        std::vector<Vec3> normals;
+        for (const std::int32_t label : labels) normals.push_back(outward(label, m_.point(v)));
+        const std::vector<double> ones(normals.size(), 1.0);
+        const auto d = shortest_direction(normals, ones);
+        return d ? std::clamp(norm(*d), 1.0, 8.0) : 8.0;
+    }
+
+    std::array<std::int32_t, 3> carriers(std::int32_t s) const
+    {
+        const std::int32_t p = m_.label(s) >> 1, q = m_.label(m_.twin(s)) >> 1;
+        if (p == q) return {p, -1, -1};
+        return {std::min(p, q), std::max(p, q), -1};
+    }
+
+    std::optional<Vec3> exact_middle(std::int32_t s) const
+    {
+        std::array<const SurfaceForm*, 3> on{};
+        std::size_t n = 0;
+        for (const std::int32_t i : carriers(s))
+            if (i >= 0) on[n++] = &forms_[i];
+        const Vec3 middle = 0.5 * (m_.point(m_.from(s)) + m_.point(m_.to(s)));
+        return project(std::span(on.data(), n), middle, 0.5 * length(s));
+    }
+
+    // Distance of the middle from the surface or curve it stands for, to first order.
+    double distance_of_middle(std::int32_t s) const
+    {
+        const bool crease = m_.is_crease(s);
+        const auto on = carriers(s);
+        if (!crease && forms_[on[0]].is_plane()) return 0.0;
+        const Vec3 middle = 0.5 * (m_.point(m_.from(s)) + m_.point(m_.to(s)));
+        const auto one = [&](std::int32_t i, Vec3& g) {
+            g = forms_[i].gradient(middle);
+            const double size = norm(g);
+            g = g / size;
+            return forms_[i].value(middle) / size;
+        };
+        Vec3 g, h;
+        const double p = one(on[0], g);
+        if (on[1] < 0) return std::fabs(p);
+        const double q = one(on[1], h);
+        // Least x with g.x = p, h.x = q.
+        const double c = dot(g, h), det = 1.0 - c * c;
+        if (!(det > 1e-6)) return std::max(std::fabs(p), std::fabs(q));
+        return std::sqrt(std::max(0.0, (p * p - 2.0 * c * p * q + q * q) / det));
+    }
+
+    // What counts is how far the certificate must move the corners of the faces at the edge.
+    double error_of(std::int32_t s) const
+    {
+        const double distance = distance_of_middle(s);
+        if (!(distance > 0.1 * max_error_)) return distance;
+        const std::array<std::int32_t, 4> v{m_.from(s), m_.to(s), m_.apex(s), m_.apex(m_.twin(s))};
+        double spread = 1.0, factor = 1.0;
+        for (const std::int32_t x : v) {
+            spread = std::max(spread, spread_[x]);
+            factor = std::min(factor, factors_[x]);
+        }
+        return distance * spread / factor;
+    }
+
+    void push(std::int32_t s)
+    {
+        const double error = error_of(s);
+        if (error > max_error_) queue_.push({error, s, m_.from(s), m_.to(s)});
+    }
+
+    // Halves the edge; if the new point does not fit into a face, a longer side of that face is
+    // halved first.
+    bool halve(std::int32_t s, int help)
+    {
+        const auto p = exact_middle(s);
+        if (!p) return false;
+        for (const std::int32_t side : {s, m_.twin(s)}) {
+            if (fits(side, *p)) continue;
+            if (help == 0) return false;
+            const std::int32_t u = FlexibleMesh::next(side), w = FlexibleMesh::previous(side);
+            const std::int32_t longer = length(u) >= length(w) ? u : w;
+            const std::int32_t a = m_.from(s), b = m_.to(s);
+            if (length(longer) < 0.5 * length(s) || !halve(longer, help - 1)) return false;
+            return m_.from(s) == a && m_.to(s) == b && halve(s, help - 1);
+        }
+        insert(s, *p);
+        return true;
+    }
+
+    void insert(std::int32_t s, const Vec3& p)
+    {
+        const std::int32_t t = m_.twin(s), a = m_.from(s), b = m_.to(s);
+        const bool crease = m_.is_crease(s);
+        const std::int32_t m = m_.split(s, p, carriers(s));
+        factors_.push_back(std::min(factors_[a], factors_[b]));
+        spread_.push_back(crease ? spread_at(m) : 1.0);
+        const std::array<std::int32_t, 4> outer{m_.previous(s), m_.previous(t), m_.next(m_.twin(t)),
+                                                m_.next(m_.twin(s))};
+        for (const std::int32_t o : outer) try_flip(o, 1.2);
+        m_.visit_ring(m, [&](std::int32_t x) {
+            push(x);
+            push(m_.next(x));
+        });
+    }
+
+    bool fits(std::int32_t s, const Vec3& p) const
+    {
+        const Vec3 &a = m_.point(m_.from(s)), &b = m_.point(m_.to(s)), &c = m_.point(m_.apex(s));
+        const Shape u = shape(a, p, c, m_.label(s)), w = shape(p, b, c, m_.label(s));
+        const double least = std::min(kLeastShape, 0.25 * face_shape(s).height_ratio);
+        return u.faces_right && w.faces_right && std::min(u.height_ratio, w.height_ratio) >= least;
+    }
+
+    double max_error_;
+    std::vector<double>& factors_;
+    std::vector<double> spread_;
+    std::priority_queue<Entry> queue_;
+    std::vector<Box3> places_;
+};
+
+}  // namespace
+
+void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
+{
+    Shaper shaper(mesh, forms);
+    for (int round = 0; round < kCoarsenRounds; ++round) {
+        current_progress().check();
+        std::int64_t done = 0;
+        for (const std::int32_t s : short_edges(mesh, shaper)) {
+            if (!mesh.alive(s)) continue;
+            if (shaper.length(s) >
+                kShortEdge * std::min(mesh.cell_size(mesh.from(s)), mesh.cell_size(mesh.to(s))))
+                continue;
+            done += shaper.try_collapse(s) || shaper.try_collapse(mesh.twin(s));
+        }
+        for (std::int32_t s = 0; s < mesh.n_sides(); ++s)
+            if (mesh.alive(s) && mesh.twin(s) > s) done += shaper.try_flip(s, 1.3);
+        if (done == 0) return;
+    }
+}
+
+std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                            double max_error, std::vector<double>& factors,
+                            std::int64_t max_triangles)
+{
+    return Subdivider(mesh, forms, max_error, factors).run(max_triangles);
 }
 
 }  // namespace genus

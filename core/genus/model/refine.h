@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
+#include "genus/model/flexible_mesh.h"
 #include "genus/model/surface_form.h"
 
 namespace genus {
@@ -17,5 +18,20 @@ bool separate_fans(SurfaceMesh& mesh);
 /// steps of least norm), except where a face would turn over. Returns the number of vertices that
 /// had to stay.
 std::int64_t settle(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms);
+
+/// Removes what is small beside its cells: collapses edges shorter than about a third of the cell
+/// they come from, where labels, topology and the exact normals allow, and flips edges towards
+/// better shapes. Cells cut surfaces anyhow, so without this a mesh is full of slivers.
+void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms);
+
+/// Halves edges at exact points until the middle of none is farther than `max_error` from its
+/// surface or curve, or than `max_error` times the least factor of its ends where `factors` (one a
+/// vertex, extended for new ones) says so; where surfaces meet at an angle, nearer, so that the
+/// offset the certificate needs there stays alike. Returns the places where the new point did not
+/// fit in, because the mesh there is too coarse for the shape. Throws ToleranceNotMet beyond
+/// `max_triangles`.
+std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                            double max_error, std::vector<double>& factors,
+                            std::int64_t max_triangles);
 
 }  // namespace genus

@@ -33,6 +33,13 @@ double magnitude(const std::array<double, 10>& c, const Vec3& m)
     return evaluate(a, m);
 }
 
+Vec3 magnitude_of_slope(const std::array<double, 10>& c, const Vec3& m)
+{
+    std::array<double, 10> a;
+    for (std::size_t i = 0; i < 10; ++i) a[i] = std::fabs(c[i]);
+    return slope(a, m);
+}
+
 Interval range_of(const std::array<double, 10>& c, const IntervalVec3& b)
 {
     return Interval(c[0]) + b[0] * c[1] + b[1] * c[2] + b[2] * c[3] + square(b[0]) * c[4] +
@@ -132,6 +139,36 @@ std::array<double, Tables<N>::kQuartic> torus_coefficients(const std::array<doub
     return b;
 }
 
+// Range of a quadratic over a triangle from its Bernstein coefficients, without the slack of their
+// hull: a quadratic is extreme at a corner, at the middle of a side's parabola, or at its one
+// critical point inside.
+Interval exact_range(const std::array<double, 6>& b)
+{
+    // b: 00, 01, 02, 11, 12, 22.
+    const std::array<double, 3> corner{b[0], b[3], b[5]}, middle{b[4], b[2], b[1]};
+    Interval range(corner[0]);
+    const auto add = [&range](double x) {
+        range.lo = std::min(range.lo, x);
+        range.hi = std::max(range.hi, x);
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double p = corner[i], q = corner[(i + 1) % 3], m = middle[(i + 2) % 3];
+        add(p);
+        // p (1-t)^2 + 2 m t (1-t) + q t^2
+        const double den = p - 2.0 * m + q, t = (p - m) / den;
+        if (t > 0.0 && t < 1.0) add(p + t * (2.0 * (m - p) + t * den));
+    }
+    // With weights u, v of corners 1 and 2: b00 + 2 u g1 + 2 v g2 + u^2 h11 + 2 u v h12 + v^2 h22.
+    const double g1 = b[1] - b[0], g2 = b[2] - b[0];
+    const double h11 = b[0] - 2.0 * b[1] + b[3], h22 = b[0] - 2.0 * b[2] + b[5];
+    const double h12 = b[0] - b[1] - b[2] + b[4];
+    const double det = h11 * h22 - h12 * h12;
+    const double u = (h12 * g2 - h22 * g1) / det, v = (h12 * g1 - h11 * g2) / det;
+    if (u > 0.0 && v > 0.0 && u + v < 1.0)
+        add(b[0] + u * (2.0 * g1 + u * h11 + 2.0 * v * h12) + v * (2.0 * g2 + v * h22));
+    return range;
+}
+
 template <class Coefficients>
 Interval hull_of(const Coefficients& b, double scale, double slack)
 {
@@ -174,6 +211,12 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         kind_ == Surface::Kind::Torus ? scale_ * (ms * ms + magnitude(t_, m)) : magnitude(q_, m);
     // A point's coordinates are themselves rounded when the origin is taken off.
     slack_ = 64.0 * kEps * all;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double slope_s = magnitude_of_slope(s_, m)[i];
+        const double slope_t = magnitude_of_slope(t_, m)[i];
+        gradient_slack_ =
+            std::max(gradient_slack_, 64.0 * kEps * scale_ * (2.0 * ms * slope_s + slope_t));
+    }
 }
 
 double SurfaceForm::value(const Vec3& p) const
@@ -199,7 +242,16 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
         const std::array<double, 3> b{evaluate(q_, p[0]), evaluate(q_, p[1]), evaluate(q_, p[2])};
         return hull_of(b, 1.0, slack_);
     }
-    if (kind_ == Surface::Kind::Quadric) return hull_of(coefficients<3>(q_, p), 1.0, slack_);
+    if (kind_ == Surface::Kind::Quadric) {
+        const auto b = coefficients<3>(q_, p);
+        const Interval hull = hull_of(b, 1.0, slack_);
+        if (hull.lo > 0.0 || hull.hi < 0.0) return hull;
+        // Where the critical point comes out wrong by e of the simplex, the value does by e^2 of
+        // the spread; where the equations are too close to singular for that, the hull stands.
+        const Interval range = exact_range(b);
+        const double margin = slack_ + 1e-9 * (hull.hi - hull.lo);
+        return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
+    }
     return hull_of(torus_coefficients<3>(s_, t_, p), scale_, slack_);
 }
 
@@ -221,7 +273,14 @@ Interval SurfaceForm::range(const Box3& box) const
     const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
     Interval result;
     if (kind_ == Surface::Kind::Torus) {
+        // Mean value form beside the natural one.
+        const Vec3 half = 0.5 * box.size();
+        const IntervalVec3 g = gradient_range(box);
         result = (square(range_of(s_, b)) - range_of(t_, b)) * scale_;
+        const Interval mean = Interval(value(box.center())) + g[0] * Interval(-half[0], half[0]) +
+                              g[1] * Interval(-half[1], half[1]) +
+                              g[2] * Interval(-half[2], half[2]);
+        result = {std::max(result.lo, mean.lo), std::min(result.hi, mean.hi)};
     } else {
         // Centred form: exact for planes, sharp for small boxes.
         const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
@@ -245,8 +304,22 @@ IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
     if (kind_ != Surface::Kind::Torus) return slope_range(q_, b);
     const Interval s = range_of(s_, b);
     const IntervalVec3 gs = slope_range(s_, b), gt = slope_range(t_, b);
+    // Beside the natural form the gradient at the centre plus Hessian times step, the Hessian
+    // being 2 gs gs^T + 2 s Hs - Ht.
+    const Vec3 at_centre = gradient(box.center()), half = 0.5 * box.size();
+    constexpr std::array<std::array<std::size_t, 3>, 3> mixed{{{4, 7, 8}, {7, 5, 9}, {8, 9, 6}}};
     IntervalVec3 g;
-    for (std::size_t i = 0; i < 3; ++i) g[i] = (s * gs[i] * 2.0 - gt[i]) * scale_;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Interval natural = (s * gs[i] * 2.0 - gt[i]) * scale_;
+        Interval mean(at_centre[i] - gradient_slack_, at_centre[i] + gradient_slack_);
+        for (std::size_t j = 0; j < 3; ++j) {
+            const double twice = i == j ? 2.0 : 1.0;
+            const Interval h = gs[i] * gs[j] * 2.0 + s * (2.0 * twice * s_[mixed[i][j]]) -
+                               Interval(twice * t_[mixed[i][j]]);
+            mean = mean + h * Interval(-half[j], half[j]) * scale_;
+        }
+        g[i] = {std::max(natural.lo, mean.lo), std::min(natural.hi, mean.hi)};
+    }
     return g;
 }
 

@@ -48,6 +48,7 @@ private:
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
+    double gradient_slack_ = 0.0;  // of each component, torus only
 };
 
 /// The shortest d with normal_i . d >= demand_i for all i, or nothing if there is none (or none
