@@ -115,27 +115,33 @@ TwoTerms divide(TwoTerms a, TwoTerms b)
     return normalized(q, (r.high + r.low) / b.high);
 }
 
+// A value in twice the precision, during evaluation.
 template <std::size_t N>
 struct Wide {
     std::array<TwoTerms, N> value;
     Vec<N> magnitude;  // sum |c_k| |B_k|, slightly above
-    double tiny;       // what underflow may have cost
+    double largest;    // of the coefficients that went in
 };
 
-// Horner's rule in Bernstein form ([farin2002], section 5.1): with s = 1 - t,
-// p = (.. (c_0 s + binomial(n, 1) t c_1) s + ..) s + t^n c_n.
 template <std::size_t N>
-Wide<N> horner(std::span<const Vec<N>> c, double t)
+Wide<N> widened(const Vec<N>& c)
+{
+    Wide<N> w{};
+    for (std::size_t i = 0; i < N; ++i) {
+        w.value[i] = {c[i], 0.0};
+        w.magnitude[i] = std::fabs(c[i]);
+        w.largest = std::max(w.largest, w.magnitude[i]);
+    }
+    return w;
+}
+
+// Horner's rule in Bernstein form ([farin2002], section 5.1) for
+// sum binomial(n, k) s^(n - k) t^k c_k = (.. (c_0 s + binomial(n, 1) t c_1) s + ..) s + t^n c_n.
+template <std::size_t N>
+Wide<N> horner(std::span<const Wide<N>> c, TwoTerms s, TwoTerms t)
 {
     const int n = static_cast<int>(c.size()) - 1;
-    const TwoTerms s = two_sum(1.0, -t);
-    Wide<N> r{};
-    double largest = 0.0;
-    for (std::size_t i = 0; i < N; ++i) {
-        r.value[i] = {c[0][i], 0.0};
-        r.magnitude[i] = std::fabs(c[0][i]);
-        largest = std::max(largest, std::fabs(c[0][i]));
-    }
+    Wide<N> r = c[0];
     TwoTerms power{1.0, 0.0}, binom{1.0, 0.0};
     const double abs_s = std::fabs(s.high);
     for (int k = 1; k <= n; ++k) {
@@ -144,24 +150,107 @@ Wide<N> horner(std::span<const Vec<N>> c, double t)
         binom = divide(binom, {static_cast<double>(k), 0.0});
         const TwoTerms factor = multiply(power, binom);
         const double abs_factor = std::fabs(factor.high);
+        const Wide<N>& ck = c[static_cast<std::size_t>(k)];
         for (std::size_t i = 0; i < N; ++i) {
-            r.value[i] = add(multiply(r.value[i], s), multiply(factor, c[k][i]));
-            r.magnitude[i] = r.magnitude[i] * abs_s + abs_factor * std::fabs(c[k][i]);
-            largest = std::max(largest, std::fabs(c[k][i]));
+            r.value[i] = add(multiply(r.value[i], s), multiply(factor, ck.value[i]));
+            r.magnitude[i] = r.magnitude[i] * abs_s + abs_factor * ck.magnitude[i];
         }
+        r.largest = std::max(r.largest, ck.largest);
     }
-    // Each low part that underflows loses less than 2^-1070, later multiplied by at most a
-    // binomial (< 2^n) and a coefficient; for t outside [0, 1] the powers grow, then too.
-    r.tiny = std::ldexp(largest, n - 1000) + 0x1p-1000;
     for (std::size_t i = 0; i < N; ++i) r.magnitude[i] *= 1.0 + 0x1p-40;
     return r;
 }
 
-// A term goes through at most n + 1 products and sums of Horner's rule and 3 n + 2 operations for
-// its factor; none errs by more than 16 u^2 relative, u = 2^-53. Rounded up generously.
-double wide_error(std::size_t terms)
+template <std::size_t N>
+Wide<N> curve_value(std::span<const Vec<N>> c, double t)
 {
-    return 64.0 * static_cast<double>(terms + 1) * 0x1p-106;
+    std::vector<Wide<N>> wide;
+    wide.reserve(c.size());
+    for (const Vec<N>& p : c) wide.push_back(widened(p));
+    return horner<N>(wide, two_sum(1.0, -t), {t, 0.0});
+}
+
+template <std::size_t N>
+Wide<N> tensor_value(std::span<const Vec<N>> c, int m, int n, double u, double v)
+{
+    const auto width = static_cast<std::size_t>(n) + 1;
+    std::vector<Wide<N>> rows;
+    for (std::size_t i = 0; i <= static_cast<std::size_t>(m); ++i)
+        rows.push_back(curve_value<N>(c.subspan(i * width, width), v));
+    return horner<N>(rows, two_sum(1.0, -u), {u, 0.0});
+}
+
+// Row i holds a form of degree n - i in w and v; the rows are summed by powers of u.
+template <std::size_t N>
+Wide<N> triangle_value(std::span<const Vec<N>> c, int n, double u, double v)
+{
+    const TwoTerms w = add(two_sum(1.0, -u), {-v, 0.0});
+    std::vector<Wide<N>> rows;
+    std::size_t first = 0;
+    for (int i = 0; i <= n; ++i) {
+        std::vector<Wide<N>> row;
+        for (int j = 0; j <= n - i; ++j) row.push_back(widened(c[first++]));
+        rows.push_back(horner<N>(row, w, {v, 0.0}));
+    }
+    Wide<N> sum = horner<N>(rows, {1.0, 0.0}, {u, 0.0});
+    // The last bit of w may be lost: a move along the patch by 2^-104 of its parameter.
+    for (std::size_t k = 0; k < N; ++k) sum.magnitude[k] += sum.largest;
+    return sum;
+}
+
+// A term goes through at most n + 1 products and sums of Horner's rule and 3 n + 2 operations for
+// its factor; none errs by more than 16 u^2 relative, u = 2^-53. Rounded up generously; nested
+// evaluation adds up the degrees.
+double wide_error(int degrees)
+{
+    return 64.0 * static_cast<double>(degrees + 3) * 0x1p-106;
+}
+
+// Each low part that underflows loses less than 2^-1070, later multiplied by at most a binomial
+// (< 2^n) and a coefficient.
+double underflow(double largest, int degrees)
+{
+    return std::ldexp(largest, degrees - 1000) + 0x1p-1000;
+}
+
+template <std::size_t N>
+Bounded<N> rounded(const Wide<N>& wide, int degrees)
+{
+    Bounded<N> result;
+    for (std::size_t i = 0; i < N; ++i) {
+        result.value[i] = wide.value[i].high;
+        const double lost = std::fabs(wide.value[i].low) + wide_error(degrees) * wide.magnitude[i] +
+                            underflow(wide.largest, degrees);
+        result.bound[i] = lost * (1.0 + 0x1p-50);
+    }
+    return result;
+}
+
+// Coefficients (x w, y w, z w, w) may be off by `input_error` relative themselves.
+Bounded<3> rounded_quotient(const Wide<4>& wide, int degrees, double input_error)
+{
+    const TwoTerms w = wide.value[3];
+    const double relative = wide_error(degrees) + input_error;
+    const double tiny = underflow(wide.largest, degrees);
+    const double w_error = relative * wide.magnitude[3] + tiny;
+    const double w_least = std::fabs(w.high) * (1.0 - 0x1p-50) - w_error;
+    Bounded<3> result;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const TwoTerms q = divide(wide.value[i], w);
+        result.value[i] = q.high;
+        const double error = relative * wide.magnitude[i] + tiny;
+        // x/w - X/W = ((x - X) - (x/w) (w - W)) / W, and the division errs by 2^-100 itself.
+        const double lost = std::fabs(q.low) + (error + std::fabs(q.high) * w_error) / w_least +
+                            std::fabs(q.high) * 0x1p-98 + 0x1p-1000;
+        result.bound[i] =
+            w_least > 0.0 ? lost * (1.0 + 0x1p-50) : std::numeric_limits<double>::infinity();
+    }
+    return result;
+}
+
+int degree_of(std::size_t coefficients)
+{
+    return static_cast<int>(coefficients) - 1;
 }
 
 }  // namespace
@@ -169,15 +258,7 @@ double wide_error(std::size_t terms)
 template <std::size_t N>
 Bounded<N> value_with_bound(std::span<const Vec<N>> c, double t)
 {
-    const Wide<N> wide = horner<N>(c, t);
-    Bounded<N> result;
-    for (std::size_t i = 0; i < N; ++i) {
-        result.value[i] = wide.value[i].high;
-        const double lost =
-            std::fabs(wide.value[i].low) + wide_error(c.size()) * wide.magnitude[i] + wide.tiny;
-        result.bound[i] = lost * (1.0 + 0x1p-50);
-    }
-    return result;
+    return rounded(curve_value<N>(c, t), degree_of(c.size()));
 }
 
 template Bounded<1> value_with_bound<1>(std::span<const Vec<1>>, double);
@@ -187,23 +268,29 @@ template Bounded<4> value_with_bound<4>(std::span<const Vec<4>>, double);
 
 Bounded<3> rational_value_with_bound(std::span<const Vec4> c, double t, double input_error)
 {
-    const Wide<4> wide = horner<4>(c, t);
-    const TwoTerms w = wide.value[3];
-    const double relative = wide_error(c.size()) + input_error;
-    const double w_error = relative * wide.magnitude[3] + wide.tiny;
-    const double w_least = std::fabs(w.high) * (1.0 - 0x1p-50) - w_error;
-    Bounded<3> result;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const TwoTerms q = divide(wide.value[i], w);
-        result.value[i] = q.high;
-        const double error = relative * wide.magnitude[i] + wide.tiny;
-        // x/w - X/W = ((x - X) - (x/w) (w - W)) / W, and the division errs by 2^-100 itself.
-        const double lost = std::fabs(q.low) + (error + std::fabs(q.high) * w_error) / w_least +
-                            std::fabs(q.high) * 0x1p-98 + 0x1p-1000;
-        result.bound[i] =
-            w_least > 0.0 ? lost * (1.0 + 0x1p-50) : std::numeric_limits<double>::infinity();
-    }
-    return result;
+    return rounded_quotient(curve_value<4>(c, t), degree_of(c.size()), input_error);
+}
+
+Bounded<3> tensor_value_with_bound(std::span<const Vec3> c, int m, int n, double u, double v)
+{
+    return rounded(tensor_value<3>(c, m, n, u, v), m + n);
+}
+
+Bounded<3> tensor_value_with_bound(std::span<const Vec4> c, int m, int n, double u, double v,
+                                   double input_error)
+{
+    return rounded_quotient(tensor_value<4>(c, m, n, u, v), m + n, input_error);
+}
+
+Bounded<3> triangle_value_with_bound(std::span<const Vec3> c, int n, double u, double v)
+{
+    return rounded(triangle_value<3>(c, n, u, v), 2 * n);
+}
+
+Bounded<3> triangle_value_with_bound(std::span<const Vec4> c, int n, double u, double v,
+                                     double input_error)
+{
+    return rounded_quotient(triangle_value<4>(c, n, u, v), 2 * n, input_error);
 }
 
 namespace {

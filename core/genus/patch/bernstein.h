@@ -160,6 +160,15 @@ Bounded<N> value_with_bound(std::span<const Vec<N>> c, double t);
 /// denominator may be zero.
 Bounded<3> rational_value_with_bound(std::span<const Vec4> c, double t, double input_error = 0.0);
 
+/// The same for tensor products of degree (m, n), c_ij at c[i (n + 1) + j], u going with i; and
+/// for triangles of degree n, in the order of bezier_triangle.h. With Vec4 they are rational.
+Bounded<3> tensor_value_with_bound(std::span<const Vec3> c, int m, int n, double u, double v);
+Bounded<3> tensor_value_with_bound(std::span<const Vec4> c, int m, int n, double u, double v,
+                                   double input_error);
+Bounded<3> triangle_value_with_bound(std::span<const Vec3> c, int n, double u, double v);
+Bounded<3> triangle_value_with_bound(std::span<const Vec4> c, int n, double u, double v,
+                                     double input_error);
+
 /// A place where a polynomial is zero.
 struct Root {
     double t;

@@ -81,20 +81,7 @@ std::vector<int> KnotVector::spans() const
 
 std::vector<double> KnotVector::basis(int k, double t) const
 {
-    // Triangle of Cox and de Boor, one degree a round.
-    std::vector<double> b(at(degree_) + 1);
-    b[0] = 1.0;
-    for (int d = 1; d <= degree_; ++d) {
-        double carry = 0.0;
-        for (int i = 0; i < d; ++i) {
-            const double lo = knots_[at(k + 1 - d + i)], hi = knots_[at(k + 1 + i)];
-            const double share = b[at(i)] / (hi - lo);
-            b[at(i)] = carry + (hi - t) * share;
-            carry = (t - lo) * share;
-        }
-        b[at(d)] = carry;
-    }
-    return b;
+    return blossom_weights(k, std::vector<double>(at(degree_), t));
 }
 
 int KnotVector::multiplicity(double t) const
@@ -127,27 +114,28 @@ KnotVector KnotVector::elevated() const
     return KnotVector(degree_ + 1, std::vector<double>(knots.begin() + from, knots.begin() + to));
 }
 
-namespace {
-
-// The polar form of the piece on span k at arguments t_1 .. t_p, as weights of the p + 1 points
-// k - p .. k.
-std::vector<double> blossom_weights(const KnotVector& knots, int k, std::span<const double> t)
+std::vector<double> KnotVector::blossom_weights(int k, std::span<const double> t) const
 {
-    // The basis triangle with another argument in each round.
-    std::vector<double> b(t.size() + 1);
+    require(t.size() == at(degree_), "KnotVector::blossom_weights: number of arguments",
+            static_cast<double>(t.size()), "the degree");
+    // Triangle of Cox and de Boor, one argument a round.
+    std::vector<double> b(at(degree_) + 1);
     b[0] = 1.0;
-    for (std::size_t d = 1; d <= t.size(); ++d) {
+    for (int d = 1; d <= degree_; ++d) {
+        const double x = t[at(d) - 1];
         double carry = 0.0;
-        for (std::size_t i = 0; i < d; ++i) {
-            const double lo = knots[at(k) + 1 - d + i], hi = knots[at(k) + 1 + i];
-            const double share = b[i] / (hi - lo);
-            b[i] = carry + (hi - t[d - 1]) * share;
-            carry = (t[d - 1] - lo) * share;
+        for (int i = 0; i < d; ++i) {
+            const double lo = knots_[at(k + 1 - d + i)], hi = knots_[at(k + 1 + i)];
+            const double share = b[at(i)] / (hi - lo);
+            b[at(i)] = carry + (hi - x) * share;
+            carry = (x - lo) * share;
         }
-        b[d] = carry;
+        b[at(d)] = carry;
     }
     return b;
 }
+
+namespace {
 
 // A span of `from` that is not empty and lies within [lo, hi], inside the domain.
 int span_within(const KnotVector& from, double lo, double hi)
@@ -170,7 +158,7 @@ KnotRefinement same_degree_refinement(const KnotVector& from, const KnotVector& 
     for (int i = 0; i < to.n_points(); ++i) {
         const int k = span_within(from, to[at(i)], to[at(i) + p + 1]);
         const std::span<const double> arguments(to.values().data() + i + 1, p);
-        result.rows.push_back({k - from.degree(), blossom_weights(from, k, arguments)});
+        result.rows.push_back({k - from.degree(), from.blossom_weights(k, arguments)});
     }
     return result;
 }
@@ -186,7 +174,7 @@ KnotRefinement elevation(const KnotVector& from, const KnotVector& to)
         for (std::size_t omit = 0; omit <= p; ++omit) {
             for (std::size_t j = 0, n = 0; j <= p; ++j)
                 if (j != omit) arguments[n++] = to[at(i) + 1 + j];
-            const auto w = blossom_weights(from, k, arguments);
+            const auto w = from.blossom_weights(k, arguments);
             for (std::size_t j = 0; j <= p; ++j) sum[j] += w[j] / static_cast<double>(p + 1);
         }
         result.rows.push_back({k - from.degree(), std::move(sum)});
@@ -325,6 +313,20 @@ std::vector<V> local_points(const std::vector<V>& points, int k, int p)
 
 }  // namespace
 
+std::vector<std::vector<double>> KnotVector::basis_derivatives(int k, double t, int order) const
+{
+    require(order >= 0 && order <= kMaxDegree, "KnotVector::basis_derivatives: order", order,
+            "in [0, 512]");
+    std::vector<std::vector<double>> result(at(order) + 1, std::vector<double>(at(degree_) + 1));
+    for (int i = 0; i <= degree_; ++i) {
+        std::vector<double> unit(at(degree_) + 1);
+        unit[at(i)] = 1.0;
+        const auto d = spline_derivatives(*this, k, std::move(unit), t, order);
+        for (int r = 0; r <= order; ++r) result[at(r)][at(i)] = d[at(r)];
+    }
+    return result;
+}
+
 Vec3 BSpline::value(double t) const
 {
     return derivatives(t, 0)[0];
@@ -366,7 +368,7 @@ public:
             std::vector<double> arguments(at(degree_), a);
             for (int j = 0; j <= degree_; ++j) {
                 if (j > 0) arguments[at(j) - 1] = b;
-                const auto w = blossom_weights(knots, k, arguments);
+                const auto w = knots.blossom_weights(k, arguments);
                 Vec4 sum{};
                 for (int i = 0; i <= degree_; ++i) sum += w[at(i)] * h[at(k - degree_ + i)];
                 coefficients_.push_back(bernstein::binomial(degree_, j) * sum);
@@ -476,7 +478,7 @@ std::vector<BezierCurve> BSpline::bezier_segments() const
         std::vector<Vec4> c;
         for (int j = 0; j <= degree(); ++j) {
             if (j > 0) arguments[at(j) - 1] = knots_[at(k) + 1];
-            const auto w = blossom_weights(knots_, k, arguments);
+            const auto w = knots_.blossom_weights(k, arguments);
             Vec4 sum{};
             for (int i = 0; i <= degree(); ++i) sum += w[at(i)] * h[at(k - degree() + i)];
             c.push_back(sum);
@@ -588,18 +590,11 @@ private:
     std::vector<double> a_;
 };
 
-// Weights of the first three points in the derivative of the given order at an end.
+// Weights of the outer points in the derivative of the given order at an end.
 std::vector<double> end_derivative(const KnotVector& knots, bool at_end, int order)
 {
     const double t = at_end ? knots.end() : knots.begin();
-    const int k = knots.span(t);
-    std::vector<double> weights;
-    for (int i = 0; i <= knots.degree(); ++i) {
-        std::vector<Vec<1>> unit(at(knots.degree()) + 1);
-        unit[at(i)][0] = 1.0;
-        weights.push_back(spline_derivatives(knots, k, unit, t, order).back()[0]);
-    }
-    return weights;
+    return knots.basis_derivatives(knots.span(t), t, order).back();
 }
 
 std::vector<double> with_ends(std::span<const double> inner, int degree)

@@ -40,6 +40,11 @@ public:
     /// The p + 1 basis functions that are not zero on span k, at t; they belong to the control
     /// points k - p .. k. Not negative inside the span, and summing to 1. O(p^2).
     std::vector<double> basis(int k, double t) const;
+    /// Their derivatives of order 0 to `order`, one row each. O(p^3 order).
+    std::vector<std::vector<double>> basis_derivatives(int k, double t, int order) const;
+    /// The polar form of the piece on span k at p arguments, as weights of the same points. With
+    /// all arguments equal it is the basis.
+    std::vector<double> blossom_weights(int k, std::span<const double> arguments) const;
     int multiplicity(double t) const;
     /// With `t` added `times` times.
     KnotVector with(double t, int times = 1) const;
