@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const genus::FileBytes file(bytes, bytes + size);
     if (genus::outcome_of(file, "fuzz") == genus::Outcome::broken) std::abort();
     for (const MeshFormat format :
-         {MeshFormat::stl, MeshFormat::obj, MeshFormat::off, MeshFormat::ply})
+         {MeshFormat::stl, MeshFormat::obj, MeshFormat::off, MeshFormat::ply, MeshFormat::glb})
         if (genus::outcome_of(file, "fuzz", {format}) == genus::Outcome::broken) std::abort();
     return 0;
 }

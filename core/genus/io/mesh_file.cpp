@@ -16,10 +16,8 @@ struct KnownFormat {
 };
 
 constexpr KnownFormat kFormats[] = {
-    {MeshFormat::stl, "stl"},
-    {MeshFormat::obj, "obj"},
-    {MeshFormat::off, "off"},
-    {MeshFormat::ply, "ply"},
+    {MeshFormat::stl, "stl"}, {MeshFormat::obj, "obj"}, {MeshFormat::off, "off"},
+    {MeshFormat::ply, "ply"}, {MeshFormat::glb, "glb"}, {MeshFormat::gltf, "gltf"},
 };
 
 // [ST][C][N][4][n]OFF, the first word of an OFF file.
@@ -55,10 +53,13 @@ std::optional<MeshFormat> format_of_content(std::span<const std::byte> content)
 {
     const std::string_view text = io::as_text(content);
     if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::ply;
+    if (text.starts_with("glTF")) return MeshFormat::glb;
     if (io::is_binary_stl_size(content)) return MeshFormat::stl;
     const std::string_view word = io::first_word(text);
     if (is_off_word(word)) return MeshFormat::off;
     if (io::looks_like_ascii_stl(text)) return MeshFormat::stl;
+    if (word.starts_with("{") && text.find("\"asset\"") != std::string_view::npos)
+        return MeshFormat::gltf;
     return std::nullopt;
 }
 

@@ -13,7 +13,7 @@
 namespace genus {
 
 /// The mesh formats this library reads and writes.
-enum class MeshFormat { stl, obj, off, ply };
+enum class MeshFormat { stl, obj, off, ply, glb, gltf };
 
 /// "stl", "obj", ...
 const char* format_name(MeshFormat format);
@@ -37,10 +37,13 @@ struct Rgba {
 };
 
 /// What a mesh file holds. Each list of colours is empty or has one entry per vertex or face.
+/// Colours are sRGB.
 struct MeshFile {
     PolygonMesh mesh;
     std::vector<Rgba> vertex_colors;
     std::vector<Rgba> face_colors;
+    /// Length of one unit in millimetres; 0 where the file does not say.
+    double unit = 0.0;
 
     bool operator==(const MeshFile&) const = default;
 };

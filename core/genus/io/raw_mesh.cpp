@@ -1,5 +1,6 @@
 #include "genus/io/raw_mesh.h"
 
+#include <cassert>
 #include <utility>
 
 namespace genus::io {
@@ -55,6 +56,7 @@ MeshFile to_mesh_file(RawMesh&& raw)
     std::move(raw.faces).move_to(file.mesh);
     file.vertex_colors = std::move(raw.vertex_colors);
     file.face_colors = std::move(raw.face_colors);
+    file.unit = raw.unit;
     if (!file.vertex_colors.empty()) file.vertex_colors.resize(file.mesh.n_vertices());
     if (!file.face_colors.empty()) file.face_colors.resize(file.mesh.n_faces());
     return file;
@@ -72,6 +74,20 @@ IndexedMesh to_indexed_mesh(RawMesh&& raw)
     mesh.vertices = std::move(raw.vertices);
     mesh.faces = std::move(raw.faces).take_triangles();
     return mesh;
+}
+
+ColoredTriangles to_colored_triangles(const MeshFile& file)
+{
+    ColoredTriangles triangles;
+    triangles.faces = to_triangles(file.mesh).faces;
+    if (file.face_colors.empty()) return triangles;
+    triangles.colors.reserve(triangles.faces.size());
+    // Every face of n corners became n - 2 triangles, in its place.
+    for (std::size_t f = 0; f < file.mesh.n_faces(); ++f)
+        triangles.colors.insert(triangles.colors.end(), file.mesh.face(f).size() - 2,
+                                file.face_colors[f]);
+    assert(triangles.colors.size() == triangles.faces.size());
+    return triangles;
 }
 
 }  // namespace genus::io

@@ -64,10 +64,18 @@ struct RawMesh {
     FaceList faces;
     std::vector<Rgba> vertex_colors;
     std::vector<Rgba> face_colors;
+    double unit = 0.0;  // in millimetres; 0 where the file does not say
 };
 
 MeshFile to_mesh_file(RawMesh&& raw);
 IndexedMesh to_indexed_mesh(RawMesh&& raw);
+
+/// The faces of a mesh cut into triangles, which take over the colour of their face.
+struct ColoredTriangles {
+    std::vector<Triangle> faces;
+    std::vector<Rgba> colors;  // empty where the faces have none
+};
+ColoredTriangles to_colored_triangles(const MeshFile& file);
 
 /// Adds `color` for element `index` to a list that stays empty until the first colour comes;
 /// elements passed over are white.

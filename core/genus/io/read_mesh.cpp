@@ -1,8 +1,10 @@
 #include "genus/io/read_mesh.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "genus/base/error.h"
+#include "genus/io/gltf.h"
 #include "genus/io/input_file.h"
 #include "genus/io/obj.h"
 #include "genus/io/off.h"
@@ -22,11 +24,12 @@ MeshFormat choose_format(std::span<const std::byte> content, const std::string& 
     if (const auto format = format_of_content(content)) return *format;
     if (const auto format = format_of_extension(name)) return *format;
     if (io::looks_like_obj(io::as_text(content))) return MeshFormat::obj;
-    throw FileError(name, "is in no mesh format known here (stl, obj, off, ply)");
+    throw FileError(name, "is in no mesh format known here (stl, obj, off, ply, glb, gltf)");
 }
 
+// `folder` is where the file lies, nothing where it is not a file.
 io::RawMesh read_raw(std::span<const std::byte> content, const std::string& name,
-                     const ReadOptions& options)
+                     const ReadOptions& options, const std::optional<std::string>& folder)
 {
     if (content.empty()) throw FileError(name, "is empty");
     switch (choose_format(content, name, options)) {
@@ -38,8 +41,18 @@ io::RawMesh read_raw(std::span<const std::byte> content, const std::string& name
             return io::read_off(content, name);
         case MeshFormat::ply:
             return io::read_ply(content, name);
+        case MeshFormat::glb:
+        case MeshFormat::gltf:
+            return io::read_gltf(content, name, folder);
     }
     throw InvalidInput("read_mesh: options.format is not a MeshFormat");
+}
+
+io::RawMesh read_raw(const std::string& path, const ReadOptions& options)
+{
+    const io::InputFile file(path);
+    return read_raw(file.bytes(), path, options,
+                    std::filesystem::path(path).parent_path().string());
 }
 
 }  // namespace
@@ -47,7 +60,7 @@ io::RawMesh read_raw(std::span<const std::byte> content, const std::string& name
 MeshFile read_mesh_file(std::span<const std::byte> content, const std::string& name,
                         const ReadOptions& options)
 {
-    return io::to_mesh_file(read_raw(content, name, options));
+    return io::to_mesh_file(read_raw(content, name, options, std::nullopt));
 }
 
 PolygonMesh read_polygons(std::span<const std::byte> content, const std::string& name,
@@ -59,22 +72,22 @@ PolygonMesh read_polygons(std::span<const std::byte> content, const std::string&
 IndexedMesh read_mesh(std::span<const std::byte> content, const std::string& name,
                       const ReadOptions& options)
 {
-    return io::to_indexed_mesh(read_raw(content, name, options));
+    return io::to_indexed_mesh(read_raw(content, name, options, std::nullopt));
 }
 
 MeshFile read_mesh_file(const std::string& path, const ReadOptions& options)
 {
-    return read_mesh_file(io::InputFile(path).bytes(), path, options);
+    return io::to_mesh_file(read_raw(path, options));
 }
 
 PolygonMesh read_polygons(const std::string& path, const ReadOptions& options)
 {
-    return read_polygons(io::InputFile(path).bytes(), path, options);
+    return read_mesh_file(path, options).mesh;
 }
 
 IndexedMesh read_mesh(const std::string& path, const ReadOptions& options)
 {
-    return read_mesh(io::InputFile(path).bytes(), path, options);
+    return io::to_indexed_mesh(read_raw(path, options));
 }
 
 }  // namespace genus

@@ -15,13 +15,13 @@ struct ReadOptions {
     std::optional<MeshFormat> format;
 };
 
-/// Reads an STL (binary, ASCII), OBJ, OFF or PLY (ASCII, binary) file.
+/// Reads an STL (binary, ASCII), OBJ, OFF, PLY (ASCII, binary) or glTF (text, binary) file.
 ///
 /// Positions come as they stand in the file, in its units, rounded to the nearest double. The
 /// corners of an STL file become shared vertices where their three coordinates are equal (-0
 /// equals 0), numbered in the order of first use. Faces keep their degree, order and orientation;
-/// nothing is repaired and no vertex dropped. Normals, texture coordinates, lines and materials
-/// are left out.
+/// nothing is repaired and no vertex dropped. glTF, too, is welded; see gltf.h. Normals, texture
+/// coordinates and lines are left out.
 ///
 /// Throws FileError with the byte or line of the mistake where the file is missing, cut short or
 /// malformed: counts that the file is too short for, indices of vertices that do not exist,

@@ -23,6 +23,7 @@ public:
     /// False once there would be more points than numbers.
     bool number(const Vec3* points, std::size_t count, std::int32_t* numbers);
 
+    std::size_t size() const { return points_.size(); }
     std::vector<Vec3> take_points() && { return std::move(points_); }
 
 private:

@@ -4,6 +4,7 @@
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/io/gltf.h"
 #include "genus/io/obj.h"
 #include "genus/io/off.h"
 #include "genus/io/output_file.h"
@@ -20,7 +21,8 @@ MeshFormat choose_format(const std::string& path, const WriteOptions& options)
 {
     if (options.format) return *options.format;
     if (const auto format = format_of_extension(path)) return *format;
-    throw FileError(path, "its extension names no mesh format known here (stl, obj, off, ply)");
+    throw FileError(
+        path, "its extension names no mesh format known here (stl, obj, off, ply, glb, gltf)");
 }
 
 void check_positions(const std::vector<Vec3>& vertices)
@@ -84,6 +86,9 @@ void write_to(io::Output& output, const IndexedMesh& mesh, MeshFormat format, bo
             return io::write_off(output, mesh);
         case MeshFormat::ply:
             return io::write_ply(output, mesh, ascii);
+        case MeshFormat::glb:
+        case MeshFormat::gltf:
+            return io::write_gltf(output, {to_polygons(mesh), {}, {}}, format == MeshFormat::glb);
     }
     throw InvalidInput("write_mesh: options.format is not a MeshFormat");
 }
@@ -100,6 +105,9 @@ void write_to(io::Output& output, const MeshFile& file, MeshFormat format, bool 
             return io::write_off(output, file);
         case MeshFormat::ply:
             return io::write_ply(output, file, ascii);
+        case MeshFormat::glb:
+        case MeshFormat::gltf:
+            return io::write_gltf(output, file, format == MeshFormat::glb);
     }
     throw InvalidInput("write_mesh: options.format is not a MeshFormat");
 }
