@@ -1,12 +1,14 @@
 #include "genus/mesh/indexed_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
 #include "genus/base/error.h"
 #include "genus/base/predicates.h"
 #include "genus/polygon/ear_clipping.h"
+#include "genus/polygon/sweep.h"
 
 namespace genus {
 
@@ -97,11 +99,36 @@ std::vector<std::int32_t> without_repeats(const std::vector<Vec2>& plane, Face f
     return loop;
 }
 
+// Large faces by the sweep line, in O(n log n). Not where corners share a place: it would name one
+// for all of them.
+bool add_swept(const std::vector<Vec2>& plane, Face face, std::vector<Triangle>& out)
+{
+    try {
+        const std::array<OrientedRing, 1> ring{{{plane, false}}};
+        const SweepTriangulation sweep = sweep_triangulation(ring);
+        for (std::size_t i = 0; i < face.size(); ++i)
+            if (sweep.first_at[i] != static_cast<std::int32_t>(i)) return false;
+        if (sweep.triangles.size() != face.size() - 2) return false;
+        for (const PolygonTriangle& t : sweep.triangles)
+            out.push_back({face[t[0]], face[t[1]], face[t[2]]});
+        return true;
+    } catch (const InvalidInput&) {
+        return false;  // no simple polygon: the fan at the end of add_cut is all that is promised
+    }
+}
+
 void add_cut(const std::vector<Vec3>& points, Face face, std::vector<Triangle>& out)
 {
     const std::vector<Vec2> plane = seen_from_above(points, face, vector_area(points, face));
     if (face.size() == 4 && is_convex_quad(plane)) {
         add_convex_quad(points, face, out);
+        return;
+    }
+    constexpr std::size_t kManyCorners = 200;
+    constexpr std::size_t kTooManyForEars = 20'000;
+    if (face.size() > kManyCorners && add_swept(plane, face, out)) return;
+    if (face.size() > kTooManyForEars) {
+        add_fan(face, out);
         return;
     }
     std::vector<Triangle> flat;

@@ -54,8 +54,9 @@ PolygonMesh to_polygons(const IndexedMesh& mesh);
 
 /// Cuts every face into triangles without new vertices. Faces of degree 3 are kept, planar and
 /// nearly planar faces are triangulated in their own plane, exactly decided; a face that crosses
-/// itself is cut as a fan. Faces with fewer than three corners are dropped. O(corners) for
-/// convex faces.
+/// itself, or of more than 20,000 corners that touches itself, is cut as a fan. Faces with fewer
+/// than three corners are dropped. Throws InvalidInput for a vertex number out of range. O(corners)
+/// for small faces, O(n log n) for a face of n corners.
 IndexedMesh to_triangles(const PolygonMesh& mesh);
 
 }  // namespace genus

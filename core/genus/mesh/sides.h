@@ -113,16 +113,23 @@ inline void sort_bucket(SideEntry* begin, SideEntry* end)
 
 }  // namespace detail
 
-/// Groups the sides by edge. Sides for which `skip(face)` holds, and sides from a vertex to itself,
-/// are left out. A bucket sort by smaller vertex, then a small sort in each bucket: O(V + F) for
-/// bounded valence, in parallel, the same result at any thread count. All vertex numbers must be
-/// in range. Throws InvalidInput above 2^31 sides.
+/// The sides in buckets by the smaller vertex of their edge, in each bucket by the larger one, then
+/// by number: bucket v is entries[starts[v]] .. entries[starts[v + 1] - 1].
+struct SideBuckets {
+    std::vector<std::int32_t> starts;
+    std::vector<detail::SideEntry> entries;
+};
+
+/// Sides for which `skip(face)` holds, and sides from a vertex to itself, are left out. A bucket
+/// sort by smaller vertex, then a small sort in each bucket: O(V + F) for bounded valence, partly
+/// in parallel, the same result at any thread count. All vertex numbers must be in range.
 template <class Sides, class Skip>
-EdgeTable make_edge_table(const Sides& sides, std::size_t n_vertices, Skip&& skip)
+SideBuckets make_side_buckets(const Sides& sides, std::size_t n_vertices, Skip&& skip)
 {
     using detail::SideEntry;
-    require(sides.n_sides() < (std::size_t{1} << 31), "mesh has too many faces: 2^31 sides");
-    std::vector<std::int32_t> bucket(n_vertices + 1, 0);
+    SideBuckets out;
+    std::vector<std::int32_t>& bucket = out.starts;
+    bucket.assign(n_vertices + 1, 0);
     const auto for_each_side = [&](auto&& visit) {
         for (std::size_t f = 0; f < sides.n_faces(); ++f) {
             if (skip(f)) continue;
@@ -136,26 +143,34 @@ EdgeTable make_edge_table(const Sides& sides, std::size_t n_vertices, Skip&& ski
     };
     for_each_side([&](std::int32_t lo, std::int32_t, std::int32_t) { ++bucket[lo + 1]; });
     for (std::size_t v = 0; v < n_vertices; ++v) bucket[v + 1] += bucket[v];
-    std::vector<SideEntry> entries(bucket[n_vertices]);
+    out.entries.resize(bucket[n_vertices]);
     std::vector<std::int32_t> cursor(bucket.begin(), bucket.end() - 1);
     for_each_side([&](std::int32_t lo, std::int32_t hi, std::int32_t side) {
-        entries[cursor[lo]++] = {hi, side};
+        out.entries[cursor[lo]++] = {hi, side};
     });
     current_progress().check();
+    parallel_for(n_vertices, 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v)
+            detail::sort_bucket(out.entries.data() + bucket[v], out.entries.data() + bucket[v + 1]);
+    });
+    return out;
+}
 
-    // Each vertex sorts its bucket and counts its edges; then all know where theirs begin.
-    std::vector<std::int32_t>& n_edges_before = cursor;
-    constexpr std::size_t kGrain = 4096;
-    parallel_for(n_vertices, kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v) {
-            SideEntry* first = entries.data() + bucket[v];
-            SideEntry* last = entries.data() + bucket[v + 1];
-            detail::sort_bucket(first, last);
-            std::int32_t edges = 0;
-            for (const SideEntry* e = first; e < last; ++e)
-                edges += e == first || e->larger != e[-1].larger;
-            n_edges_before[v] = edges;
-        }
+/// Groups the sides by edge; see make_side_buckets.
+template <class Sides, class Skip>
+EdgeTable make_edge_table(const Sides& sides, std::size_t n_vertices, Skip&& skip)
+{
+    const SideBuckets buckets = make_side_buckets(sides, n_vertices, skip);
+    const std::vector<std::int32_t>& bucket = buckets.starts;
+    const std::vector<detail::SideEntry>& entries = buckets.entries;
+    const auto begins_edge = [&](std::size_t v, std::int32_t i) {
+        return i == bucket[v] || entries[i].larger != entries[i - 1].larger;
+    };
+    std::vector<std::int32_t> n_edges_before(n_vertices);
+    parallel_for(n_vertices, 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v)
+            for (std::int32_t i = bucket[v]; i < bucket[v + 1]; ++i)
+                n_edges_before[v] += begins_edge(v, i);
     });
     std::int32_t n_edges = 0;
     for (std::int32_t& count : n_edges_before) n_edges += std::exchange(count, n_edges);
@@ -164,13 +179,12 @@ EdgeTable make_edge_table(const Sides& sides, std::size_t n_vertices, Skip&& ski
     table.starts.resize(static_cast<std::size_t>(n_edges) + 1);
     table.starts[n_edges] = static_cast<std::int32_t>(entries.size());
     table.sides.resize(entries.size());
-    parallel_for(n_vertices, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(n_vertices, 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             std::int32_t edge = n_edges_before[v];
             for (std::int32_t i = bucket[v]; i < bucket[v + 1]; ++i) {
                 table.sides[i] = entries[i].side;
-                if (i == bucket[v] || entries[i].larger != entries[i - 1].larger)
-                    table.starts[edge++] = i;
+                if (begins_edge(v, i)) table.starts[edge++] = i;
             }
         }
     });
@@ -215,6 +229,23 @@ void check_indices(const Sides& sides, std::size_t n_vertices)
                                " names vertex " + std::to_string(v) + " of " +
                                std::to_string(n_vertices));
     }
+}
+
+/// True for faces of fewer than three corners too: they bound nothing.
+template <class Sides>
+bool names_a_vertex_twice(const Sides& sides, std::size_t face)
+{
+    const std::int32_t first = sides.first(face), degree = sides.degree(face);
+    if (degree < 3) return true;
+    if (degree == 3) {
+        const std::int32_t a = sides.from(first), b = sides.from(first + 1);
+        const std::int32_t c = sides.from(first + 2);
+        return a == b || b == c || c == a;
+    }
+    std::vector<std::int32_t> corners(degree);
+    for (std::int32_t i = 0; i < degree; ++i) corners[i] = sides.from(first + i);
+    std::sort(corners.begin(), corners.end());
+    return std::adjacent_find(corners.begin(), corners.end()) != corners.end();
 }
 
 }  // namespace genus

@@ -12,22 +12,6 @@ namespace genus {
 namespace {
 
 template <class Sides>
-bool names_a_vertex_twice(const Sides& sides, std::size_t face)
-{
-    const std::int32_t first = sides.first(face), degree = sides.degree(face);
-    if (degree < 3) return true;
-    if (degree == 3) {
-        const std::int32_t a = sides.from(first), b = sides.from(first + 1);
-        const std::int32_t c = sides.from(first + 2);
-        return a == b || b == c || c == a;
-    }
-    std::vector<std::int32_t> corners(degree);
-    for (std::int32_t i = 0; i < degree; ++i) corners[i] = sides.from(first + i);
-    std::sort(corners.begin(), corners.end());
-    return std::adjacent_find(corners.begin(), corners.end()) != corners.end();
-}
-
-template <class Sides>
 class TopologyBuilder {
 public:
     TopologyBuilder(const Sides& sides, std::size_t n_vertices)

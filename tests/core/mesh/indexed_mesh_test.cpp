@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "cases/meshes.h"
+#include "cases/polygons.h"
 #include "genus/base/error.h"
 #include "genus/mesh/measure.h"
 #include "genus/mesh/topology.h"
@@ -167,4 +168,17 @@ TEST(IndexedMesh, LargeConvexFacesAreCutInLinearTime)
     const IndexedMesh mesh = to_triangles(one_face(points));
     EXPECT_EQ(mesh.n_faces(), points.size() - 2);
     EXPECT_NEAR(area(mesh), std::numbers::pi, 1e-8);
+}
+
+TEST(IndexedMesh, LargeConcaveFacesAreCutFast)
+{
+    constexpr int kN = 60'000;
+    std::vector<Vec3> points;
+    double exact = 0;
+    for (const Vec2& p : cases::star(kN)) points.push_back({{p[0], p[1], 7}});
+    for (int k = 0; k < kN; ++k) exact += cross(points[k], points[(k + 1) % kN])[2] / 2;
+    const IndexedMesh mesh = to_triangles(one_face(points));
+    EXPECT_EQ(mesh.n_faces(), points.size() - 2);
+    EXPECT_NEAR(signed_area_along_z(mesh), exact, 1e-9);
+    EXPECT_NEAR(area(mesh), exact, 1e-9);
 }

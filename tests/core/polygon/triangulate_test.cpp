@@ -268,6 +268,56 @@ TEST(Triangulate, TellsCrossingsOfALastBit)
     }
 }
 
+TEST(Triangulate, FindsEveryCrossingOfRandomRings)
+{
+    // Few points on a small grid: crossings, points on edges, overlaps, repeats and touches. What
+    // all pairs of edges say must be what the sweep says.
+    const auto within = [](const Vec2& p, const Vec2& a, const Vec2& b) {
+        return orient2d(a, b, p) == 0 && p != a && p != b && dot(p - a, p - b) < 0;
+    };
+    const auto meet = [&](const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+        if (within(a, c, d) || within(b, c, d) || within(c, a, b) || within(d, a, b)) return true;
+        return orient2d(a, b, c) * orient2d(a, b, d) < 0 &&
+               orient2d(c, d, a) * orient2d(c, d, b) < 0;
+    };
+    std::array<int, 3> seen{};
+    const int n_cases = std::getenv("GENUS_LONG") ? 3'000'000 : 30'000;
+    for (int seed = 0; seed < n_cases; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        std::mt19937 random(seed);
+        const unsigned range = 2 + random() % 5;
+        Ring ring(3 + random() % 6);
+        for (Vec2& p : ring)
+            for (double& x : p.c) x = static_cast<double>(random() % range);
+        bool crosses = false;
+        for (std::size_t i = 0; i < ring.size(); ++i)
+            for (std::size_t j = i + 1; j < ring.size(); ++j)
+                crosses |= meet(ring[i], ring[(i + 1) % ring.size()], ring[j],
+                                ring[(j + 1) % ring.size()]);
+        try {
+            const auto triangles = triangulate({ring, {}}, Sweep);
+            ASSERT_FALSE(crosses);
+            double area = 0;
+            for (const auto& [a, b, c] : triangles) {
+                ASSERT_EQ(orient2d(ring[a], ring[b], ring[c]), 1);
+                area += ring_area({ring[a], ring[b], ring[c]});
+            }
+            ASSERT_EQ(area, std::fabs(ring_area(ring)));
+            ++seen[0];
+        } catch (const InvalidInput& e) {
+            const std::string text = e.what();
+            const bool other = text.find("wind") != text.npos || text.find("area") != text.npos;
+            ASSERT_TRUE(crosses || other) << text;
+            ++seen[crosses ? 1 : 2];
+        }
+        const auto ears = [&] { return triangulate({ring, {}}, Ear); };
+        if (crosses) {
+            ASSERT_THROW(ears(), InvalidInput);
+        }
+    }
+    for (const int n : seen) EXPECT_GT(n, n_cases / 100);
+}
+
 TEST(Triangulate, QualityModeBeatsGoingRound)
 {
     const auto least_shape = [](const std::vector<Vec2>& points,
