@@ -94,68 +94,70 @@ double power(double x, double y)
     return std::pow(x, y);
 }
 
+// Odd functions are odd in the sign of zero too.
 double sine(double x)
 {
-    return std::isfinite(x) ? sin_degrees(x) : kNan;
+    if (!std::isfinite(x)) return kNan;
+    return x < 0 ? -sin_degrees(-x) : sin_degrees(x);
 }
 double cosine(double x)
 {
     return std::isfinite(x) ? cos_degrees(x) : kNan;
 }
-
-// The angle an inverse function gives, as whole multiples of 15 where the function takes its exact
-// value there.
-double degrees(double radians, double exact_at, double x)
-{
-    const double angle = radians * (180.0 / kPi);
-    const double nearest = std::round(angle / 15.0) * 15.0;
-    return std::fabs(angle - nearest) < 1e-12 * 180 && exact_at == x ? nearest : angle;
-}
-double nearest_15(double radians)
-{
-    return std::round(radians * (12.0 / kPi)) * 15.0;
-}
-double arc_sine(double x)
-{
-    if (std::fabs(x) > 1.0) return kNan;
-    const double r = std::asin(x);
-    return degrees(r, sin_degrees(nearest_15(r)), x);
-}
-double arc_cosine(double x)
-{
-    if (std::fabs(x) > 1.0) return kNan;
-    const double r = std::acos(x);
-    return degrees(r, cos_degrees(nearest_15(r)), x);
-}
 double tangent(double x)
 {
     if (!std::isfinite(x)) return kNan;
-    double turn = std::fmod(x, 180.0);
-    if (turn < 0) turn += 180.0;
-    // Whether the pole at 90 degrees is met from below: as the sign of infinity.
-    if (turn == 90.0) {
-        const double whole = std::floor((x - 90.0) / 180.0);
-        return std::fmod(whole, 2.0) == 0.0 ? std::numeric_limits<double>::infinity()
-                                            : -std::numeric_limits<double>::infinity();
+    if (x < 0) {
+        const double mirrored = tangent(-x);
+        return mirrored == 0.0 ? mirrored : -mirrored;
     }
-    if (turn == 0.0) return 0.0;
+    const double turn = std::fmod(x, 180.0);
+    const bool odd = std::fmod(std::floor(x / 180.0), 2.0) != 0.0;
+    if (turn == 0.0) return odd ? -0.0 : 0.0;
+    if (turn == 30.0) return std::sqrt(3.0) / 3.0;
     if (turn == 45.0) return 1.0;
+    if (turn == 60.0) return std::sqrt(3.0);
+    if (turn == 90.0) return (odd ? -1.0 : 1.0) * std::numeric_limits<double>::infinity();
+    if (turn == 120.0) return -std::sqrt(3.0);
     if (turn == 135.0) return -1.0;
+    if (turn == 150.0) return -std::sqrt(3.0) / 3.0;
     return sin_degrees(x) / cos_degrees(x);
+}
+
+double to_degrees(double radians)
+{
+    return radians * (180.0 / kPi);
+}
+
+// Whole degrees where these give back x exactly, so that asin(sin(10)) is 10.
+double arc_sine(double x)
+{
+    if (!(std::fabs(x) <= 1.0)) return kNan;
+    const double angle = to_degrees(std::asin(x));
+    const double whole = std::round(angle);
+    return std::fabs(angle - whole) < 1e-6 && sine(whole) == x ? whole : angle;
+}
+double arc_cosine(double x)
+{
+    if (!(std::fabs(x) <= 1.0)) return kNan;
+    const double angle = to_degrees(std::acos(x));
+    const double whole = std::round(angle);
+    return std::fabs(angle - whole) < 1e-6 && cosine(whole) == x ? whole : angle;
+}
+
+// The arc tangent is well conditioned: a whole number within its rounding error is meant.
+double whole_if_close(double angle)
+{
+    const double whole = std::round(angle);
+    return std::fabs(angle - whole) <= 1e-15 * std::fabs(angle) ? whole : angle;
 }
 double arc_tangent(double x)
 {
-    if (std::isinf(x)) return x > 0 ? 90.0 : -90.0;
-    const double r = std::atan(x);
-    return degrees(r, tangent(nearest_15(r)), x);
+    return whole_if_close(to_degrees(std::atan(x)));
 }
 double arc_tangent_2(double y, double x)
 {
-    if (std::fabs(x) == std::fabs(y) && x != 0 && std::isfinite(x))
-        return (x > 0 ? 45.0 : 135.0) * (y < 0 ? -1.0 : 1.0);
-    const double r = std::atan2(y, x);
-    const double t = std::fabs(x) > 0 ? y / x : kNan;
-    return degrees(r, x == 0 || y == 0 ? t : tangent(nearest_15(r)), t);
+    return whole_if_close(to_degrees(std::atan2(y, x)));
 }
 
 Value logarithm(Evaluator& e, const Call& call, Arguments a)
@@ -218,7 +220,10 @@ Value norm_of(Evaluator& e, const Call& call, Arguments a)
 
 Value cross_product(Evaluator& e, const Call& call, Arguments a)
 {
-    if (a.size() != 2) return wrong_count(e, call);
+    if (a.size() != 2) {
+        warn(e, call, "Invalid number of parameters for cross()");
+        return Value();
+    }
     if (!a[0].is_list() || !a[1].is_list()) {
         warn(e, call, "Invalid type of parameters for cross()");
         return Value();
@@ -283,18 +288,10 @@ Value random_numbers(Evaluator& e, const Call& call, Arguments a)
     for (const Value& v : a)
         if (!v.is_number()) return wrong_kind(e, call);
     double low = a[0].as_number(), high = a[1].as_number();
-    if (!std::isfinite(low) || !std::isfinite(high)) {
-        warn(e, call,
-             "rands() range " + std::string(std::isfinite(low) ? "max" : "min") +
-                 " cannot be infinite");
-        return Value();
-    }
+    if (!std::isfinite(low) || !std::isfinite(high)) return Value();
     if (low > high) std::swap(low, high);
     const double n = a[2].as_number();
-    if (!std::isfinite(n) || n < 0) {
-        warn(e, call, "rands() cannot create an infinite number of results");
-        return Value();
-    }
+    if (!std::isfinite(n) || n < 0) return Value();
     if (n > 50'000'000) throw OutOfValueMemory();
     if (a.size() == 4) {
         const double seed = a[3].as_number();
@@ -402,6 +399,14 @@ Value search_in_string(const Search& s, std::string_view what, std::string_view 
 
 Value search_string_in_list(const Search& s, std::string_view what, Arguments table)
 {
+    for (std::size_t i = 0; i < table.size(); ++i)
+        if (!table[i].is_list() || s.column >= table[i].items().size()) {
+            warn(s.evaluator, s.call,
+                 "Invalid entry in search vector at index " + std::to_string(i) +
+                     ", required number of values in the entry: " + std::to_string(s.column + 1) +
+                     ". Invalid entry: " + to_quoted_text(table[i], s.evaluator.program().names));
+            return Value::list(std::vector<Value>());
+        }
     std::vector<Value> out;
     for_each_character(what, [&](std::string_view c) {
         const auto found = find_entries(s, table.size(), [&](std::size_t i) {
@@ -475,7 +480,7 @@ void append_characters(std::string& out, const Value& v)
         const RangeObject& r = v.as_range();
         const std::uint32_t n = range_size(r);
         if (n >= 1'000'000) return;
-        for (std::uint32_t i = 0; i < n; ++i) append_characters(out, r.begin + i * r.step);
+        for (std::uint32_t i = 0; i < n; ++i) append_characters(out, range_value(r, i));
     }
 }
 
@@ -488,7 +493,13 @@ Value characters(Evaluator&, const Call&, Arguments a)
 
 Value ordinal(Evaluator& e, const Call& call, Arguments a)
 {
-    if (a.size() != 1) return wrong_count(e, call);
+    if (a.empty()) return Value();
+    if (a.size() > 1) {
+        warn(e, call,
+             "ord() called with " + std::to_string(a.size()) +
+                 " arguments, only 1 argument expected");
+        return Value();
+    }
     if (!a[0].is_string()) {
         warn(
             e, call,

@@ -179,7 +179,7 @@ ModelNode polyhedron(Evaluator& e, const Statement& s, const Arguments& a)
     ModelNode node = e.make_node("polyhedron", s);
     const Value* faces = &a["faces"];
     if (faces->is_undef() && !a["triangles"].is_undef()) {
-        e.diagnostics().deprecated(
+        e.diagnostics().deprecated_anywhere(
             s.place,
             "polyhedron(triangles=[]) will be removed in future releases. Use "
             "polyhedron(faces=[]) instead.");
@@ -226,7 +226,7 @@ std::optional<Vec3> vector_2_or_3(const Value& v, double z)
 ModelNode translate(Evaluator& e, const Statement& s, const Arguments& a)
 {
     Transform t;
-    if (const auto v = vector_2_or_3(a["v"], 0.0))
+    if (const auto v = vector_2_or_3(a["v"], 0.0); v && is_finite(*v))
         for (int i = 0; i < 3; ++i) t.m[i][3] = (*v)[i];
     else
         warn(e, s,
@@ -259,39 +259,51 @@ Transform rotation_about(double angle, const Vec3& axis)
     return rotation(angle, axis);
 }
 
+// Degrees about x, y and z; false if one of them is no finite number.
+bool euler_angles(const Value& angle, Vec3& degrees)
+{
+    const auto items = angle.items();
+    bool good = items.size() <= 3;
+    for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 3); ++i) {
+        if (items[i].is_number() && std::isfinite(items[i].as_number()))
+            degrees[i] = items[i].as_number();
+        else
+            good = false;
+    }
+    return good;
+}
+
 ModelNode rotate(Evaluator& e, const Statement& s, const Arguments& a)
 {
-    const Value& angle = a["a"];
-    Transform t;
+    const Value &angle = a["a"], &about = a["v"];
+    const bool no_axis = about.is_undef();
     if (angle.is_list()) {
         Vec3 degrees{};
-        const auto items = angle.items();
-        bool good = items.size() <= 3 && !items.empty();
-        for (std::size_t i = 0; i < std::min<std::size_t>(items.size(), 3); ++i) {
-            if (items[i].is_number() && std::isfinite(items[i].as_number()))
-                degrees[i] = items[i].as_number();
-            else
-                good = false;
-        }
-        if (!a["v"].is_undef())
+        const bool good = euler_angles(angle, degrees);
+        if (!good)
+            warn(e, s,
+                 "Problem converting rotate(a=" + shown(e, angle) +
+                     (no_axis ? "" : ", v=" + shown(e, about)) + ") parameter");
+        else if (!no_axis)
             warn(e, s,
                  "When parameter a is supplied as vector, v is ignored rotate(a=" +
-                     shown(e, angle) + ", v=" + shown(e, a["v"]) + ")");
-        if (!good) warn(e, s, "Problem converting rotate(a=" + shown(e, angle) + ") parameter");
-        t = rotation(degrees);
-    } else {
-        const double degrees = number(angle).value_or(0.0);
-        const bool good = angle.is_number() && std::isfinite(degrees);
-        const auto axis = vector_2_or_3(a["v"], 0.0);
-        if (good) t = axis ? rotation_about(degrees, *axis) : rotation_z(degrees);
-        const bool axis_good = a["v"].is_undef() || (axis && is_finite(*axis));
-        if (!good || !axis_good)
-            warn(e, s,
-                 !good && (axis_good || a["v"].is_undef())
-                     ? "Problem converting rotate(a=" + shown(e, angle) + ") parameter"
-                     : "Problem converting rotate(..., v=" + shown(e, a["v"]) + ") parameter");
+                     shown(e, angle) + ", v=" + shown(e, about) + ")");
+        return transform_node(e, s, rotation(degrees));
     }
-    return transform_node(e, s, t);
+    const double degrees = number(angle).value_or(0.0);
+    const bool angle_good = angle.is_number() && std::isfinite(degrees);
+    const auto axis = vector_2_or_3(about, 0.0);
+    const bool axis_good = no_axis || (axis && is_finite(*axis));
+    if (!angle_good && !axis_good)
+        warn(e, s,
+             "Problem converting rotate(a=" + shown(e, angle) + ", v=" + shown(e, about) +
+                 ") parameter");
+    else if (!angle_good)
+        warn(e, s, "Problem converting rotate(a=" + shown(e, angle) + ") parameter");
+    else if (!axis_good)
+        warn(e, s, "Problem converting rotate(..., v=" + shown(e, about) + ") parameter");
+    if (!angle_good) return transform_node(e, s, {});
+    return transform_node(e, s, axis ? rotation_about(degrees, *axis) : rotation_z(degrees));
 }
 
 ModelNode mirror(Evaluator& e, const Statement& s, const Arguments& a)
@@ -359,6 +371,8 @@ ModelNode color(Evaluator& e, const Statement& s, const Arguments& a)
                                            "Please see https://en.wikipedia.org/wiki/Web_colors");
     }
     if (a["alpha"].is_number()) rgba[3] = a["alpha"].as_number();
+    // The text language keeps colours in single precision.
+    for (double& part : rgba) part = static_cast<double>(static_cast<float>(part));
     node.parameters.emplace_back("", to_model(rgba));
     return node;
 }
@@ -495,11 +509,14 @@ ModelNode text(Evaluator& e, const Statement& s, const Arguments& a)
     const std::string script =
         a["script"].is_string() ? script_tag(a["script"].as_string()) : script_of(content);
     const bool leftward = script == "Hebr" || script == "Arab";
+    std::string direction = text_or(a["direction"], "");
+    if (direction != "ltr" && direction != "rtl" && direction != "ttb" && direction != "btt")
+        direction = leftward ? "rtl" : "ltr";
     node.parameters = {{"text", content},
                        {"size", number(a["size"]).value_or(10.0)},
                        {"spacing", number(a["spacing"]).value_or(1.0)},
                        {"font", text_or(a["font"], "")},
-                       {"direction", text_or(a["direction"], leftward ? "rtl" : "ltr")},
+                       {"direction", direction},
                        {"language", text_or(a["language"], "en")}};
     if (!script.empty()) node.parameters.emplace_back("script", script);
     node.parameters.emplace_back("halign", text_or(a["halign"], "left"));
@@ -535,7 +552,8 @@ ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
     else if (a["scale"].is_number())
         factors.fill(a["scale"].as_number());
     for (double& factor : factors) factor = std::max(factor, 0.0);
-    const double convexity = std::max(number(a["convexity"]).value_or(1.0), 1.0);
+    const double wanted = number(a["convexity"]).value_or(1.0);
+    const double convexity = std::isfinite(wanted) ? std::max(wanted, 1.0) : 1.0;
     node.parameters = {{"height", std::max(height, 0.0)},
                        {"center", is_true(a["center"])},
                        {"convexity", std::trunc(convexity)}};
@@ -569,33 +587,40 @@ ModelNode projection(Evaluator& e, const Statement& s, const Arguments& a)
     return node;
 }
 
-// The file that a model names, as it can be opened: from the folder of the file that asks.
+// The file that a node names, looked for from the folder of the text that asks, as the folder of
+// the model sees it.
 std::string existing_file(Evaluator& e, const Statement& s, const Value& name)
 {
     if (!name.is_string() || name.as_string().empty())
         e.fail(s.place, "'" + e.program().names[s.name] + "' needs the name of a file");
+    const Sources& sources = e.program().sources;
     const fs::path wanted(name.as_string());
-    const fs::path folder = fs::path(*e.program().sources[s.place.file].path).parent_path();
+    const fs::path folder = fs::path(*sources[s.place.file].path).parent_path();
     const fs::path path = wanted.is_absolute() ? wanted : folder / wanted;
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         e.fail(s.place, "file '" + std::string(name.as_string()) + "' not found");
-    return path.lexically_normal().string();
+    const fs::path model = fs::path(*sources[e.program().files[0]->source].path).parent_path();
+    const fs::path seen = fs::proximate(path, model.empty() ? fs::path(".") : model, error);
+    return (error ? path : seen).lexically_normal().string();
 }
 
 ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("import", s);
-    const Value& file = a["file"].is_undef() ? a["filename"] : a["file"];
-    existing_file(e, s, file);
+    const std::string file = existing_file(e, s, a["file"].is_undef() ? a["filename"] : a["file"]);
     const Value& layer = a["layer"].is_undef() ? a["layername"] : a["layer"];
     std::array<double, 2> origin{};
     if (const auto v = numbers(a["origin"], 2, 2)) origin = {(*v)[0], (*v)[1]};
-    node.parameters = {{"file", std::string(file.as_string())},
-                       {"layer", text_or(layer, "")},
-                       {"origin", to_model(origin)},
-                       {"scale", number(a["scale"]).value_or(1.0)},
-                       {"convexity", number(a["convexity"]).value_or(1.0)}};
+    node.parameters = {{"file", file}, {"layer", text_or(layer, "")}, {"origin", to_model(origin)}};
+    std::string extension = fs::path(file).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".svg") {
+        node.parameters.emplace_back("center", is_true(a["center"]));
+        node.parameters.emplace_back("dpi", number(a["dpi"]).value_or(72.0));
+    }
+    node.parameters.emplace_back("scale", number(a["scale"]).value_or(1.0));
+    node.parameters.emplace_back("convexity", number(a["convexity"]).value_or(1.0));
     add_facets(node, facets(e));
     return node;
 }
@@ -603,8 +628,7 @@ ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
 ModelNode surface(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("surface", s);
-    existing_file(e, s, a["file"]);
-    node.parameters = {{"file", text_or(a["file"], "")},
+    node.parameters = {{"file", existing_file(e, s, a["file"])},
                        {"center", is_true(a["center"])},
                        {"invert", is_true(a["invert"])}};
     return node;
@@ -613,15 +637,15 @@ ModelNode surface(Evaluator& e, const Statement& s, const Arguments& a)
 const std::vector<NodeMaker>& makers()
 {
     static const std::vector<NodeMaker> list = {
-        {"cube", {"size", "center"}, 2, cube},
-        {"sphere", {"r", "d"}, 1, sphere},
-        {"cylinder", {"h", "r1", "r2", "center", "r", "d", "d1", "d2"}, 4, cylinder},
-        {"polyhedron", {"points", "faces", "convexity", "triangles"}, 3, polyhedron},
-        {"torus", {"R", "r"}, 2, own_solid<kTorus>},
-        {"ellipsoid", {"rx", "ry", "rz"}, 3, own_solid<kEllipsoid>},
-        {"cone", {"h", "r", "center"}, 3, own_solid<kCone>},
-        {"quadric", {"coefficients", "bounds"}, 2, own_solid<kQuadric>},
-        {"half_space", {"normal", "offset"}, 2, own_solid<kHalfSpace>},
+        {"cube", {"size", "center"}, 2, cube, true},
+        {"sphere", {"r", "d"}, 1, sphere, true},
+        {"cylinder", {"h", "r1", "r2", "center", "r", "d", "d1", "d2"}, 4, cylinder, true},
+        {"polyhedron", {"points", "faces", "convexity", "triangles"}, 3, polyhedron, true},
+        {"torus", {"R", "r"}, 2, own_solid<kTorus>, true},
+        {"ellipsoid", {"rx", "ry", "rz"}, 3, own_solid<kEllipsoid>, true},
+        {"cone", {"h", "r", "center"}, 3, own_solid<kCone>, true},
+        {"quadric", {"coefficients", "bounds"}, 2, own_solid<kQuadric>, true},
+        {"half_space", {"normal", "offset"}, 2, own_solid<kHalfSpace>, true},
         {"translate", {"v"}, 1, translate},
         {"rotate", {"a", "v"}, 2, rotate},
         {"scale", {"v"}, 1, scale},
@@ -635,13 +659,14 @@ const std::vector<NodeMaker>& makers()
         {"render", {"convexity"}, 1, render},
         {"hull", {}, 0, plain<kHull>},
         {"minkowski", {"convexity"}, 1, minkowski},
-        {"square", {"size", "center"}, 2, square},
-        {"circle", {"r", "d"}, 1, circle},
-        {"polygon", {"points", "paths", "convexity"}, 3, polygon},
+        {"square", {"size", "center"}, 2, square, true},
+        {"circle", {"r", "d"}, 1, circle, true},
+        {"polygon", {"points", "paths", "convexity"}, 3, polygon, true},
         {"text",
          {"text", "size", "font", "direction", "language", "script", "halign", "valign", "spacing"},
          3,
-         text},
+         text,
+         true},
         {"offset", {"r", "delta", "chamfer"}, 1, offset},
         {"linear_extrude",
          {"file", "layer", "height", "origin", "scale", "center", "twist", "slices", "convexity"},
@@ -656,8 +681,9 @@ const std::vector<NodeMaker>& makers()
          {"file", "layer", "convexity", "origin", "scale", "width", "height", "filename",
           "layername", "center", "dpi", "id"},
          5,
-         import},
-        {"surface", {"file", "center", "convexity", "invert"}, 3, surface},
+         import,
+         true},
+        {"surface", {"file", "center", "convexity", "invert"}, 3, surface, true},
     };
     return list;
 }

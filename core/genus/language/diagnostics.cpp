@@ -51,6 +51,12 @@ void Diagnostics::deprecated(const Place& place, const std::string& text)
     if (said_.insert(line).second) add(Message::Kind::Deprecated, place, line);
 }
 
+void Diagnostics::deprecated_anywhere(const Place& place, const std::string& text)
+{
+    const std::string line = "DEPRECATED: " + text;
+    if (said_.insert(line).second) add(Message::Kind::Deprecated, place, line);
+}
+
 void Diagnostics::add(Message::Kind kind, const Place& place, std::string text)
 {
     if (messages_.size() > kMaxMessages || bytes_ > kMaxBytes) return;

@@ -62,6 +62,8 @@ public:
     void warn_with_hint(const Place& place, const std::string& text, const std::string& hint);
     /// The same as "DEPRECATED: ...", but once for each line of the model.
     void deprecated(const Place& place, const std::string& text);
+    /// The same, said once for the whole model and without a place in the text.
+    void deprecated_anywhere(const Place& place, const std::string& text);
 
     std::vector<Message> take() { return std::move(messages_); }
 

@@ -162,7 +162,7 @@ private:
     std::size_t n_nodes_ = 0;
     const Place* call_place_ = nullptr;  // of the last call, should the stack run out
     std::string call_name_;
-    std::uint32_t children_special_, parent_modules_special_;
+    std::uint32_t parent_modules_special_;
 };
 
 /// Text of a value as `str` and `echo` show it; strings in lists are quoted.
@@ -180,6 +180,7 @@ struct NodeMaker {
     std::vector<std::string_view> parameters;
     std::size_t n_positional;
     ModelNode (*make)(Evaluator&, const Statement&, const ModuleArguments&);
+    bool is_leaf = false;  // takes no children
 };
 const NodeMaker& node_maker(std::uint32_t number);
 

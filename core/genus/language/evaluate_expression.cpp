@@ -216,7 +216,12 @@ Value Evaluator::range(const RangeExpr& r, Frame* f)
                                 "than the end value is deprecated");
         std::swap(b, e);
     }
-    return Value::range(b, step.as_number(), e);
+    const double s = step.as_number();
+    if (s > 0 && b > e)
+        diagnostics_.warn(r.place, "begin is greater than the end, but step is positive");
+    if (s < 0 && b < e)
+        diagnostics_.warn(r.place, "begin is smaller than the end, but step is negative");
+    return Value::range(b, s, e);
 }
 
 void Evaluator::push(Value v)
@@ -432,7 +437,7 @@ void Evaluator::collect_all(const Value& v, const Place& place)
                                          std::to_string(n) + ")");
             return;
         }
-        for (std::uint32_t i = 0; i < n; ++i) push(Value(r.begin + i * r.step));
+        for (std::uint32_t i = 0; i < n; ++i) push(Value(range_value(r, i)));
     } else if (v.is_string()) {
         for_each_character(v.as_string(), [&](std::string_view c) { push(Value::string(c)); });
     } else if (!v.is_undef()) {
@@ -484,7 +489,7 @@ void Evaluator::collect_for(const For& loop, std::size_t number, Frame* f)
                                   std::to_string(n) + ")");
             return;
         }
-        for (std::uint32_t i = 0; i < n; ++i) turn(r.begin + i * r.step);
+        for (std::uint32_t i = 0; i < n; ++i) turn(range_value(r, i));
     } else if (over.is_string()) {
         for_each_character(over.as_string(), [&](std::string_view c) { turn(Value::string(c)); });
     } else if (!over.is_undef()) {

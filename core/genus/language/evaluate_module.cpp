@@ -11,8 +11,9 @@ namespace genus::language {
 namespace {
 
 constexpr std::size_t kMaxModuleDepth = 5'000;
-constexpr std::size_t kMaxNodes = 20'000'000;
+constexpr std::size_t kMaxNodes = 3'000'000;
 constexpr std::uint32_t kMaxForElements = 1'000'000;
+constexpr std::uint32_t kMaxChildren = 10'000;
 
 }  // namespace
 
@@ -28,9 +29,8 @@ Evaluator::Evaluator(Program& program, Diagnostics& diagnostics)
     : program_(program), diagnostics_(diagnostics)
 {
     for (const char* name : {"$fn", "$fa", "$fs", "$t", "$preview", "$vpr", "$vpt", "$vpd", "$vpf",
-                             "$children", "$parent_modules", "$tolerance"})
+                             "$parent_modules", "$tolerance"})
         program_.special(program_.names.intern(name));
-    children_special_ = program_.special(program_.names.intern("$children"));
     parent_modules_special_ = program_.special(program_.names.intern("$parent_modules"));
     specials_.assign(program_.specials.size(), Value::unset());
     const Value origin = Value::numbers(std::array{0.0, 0.0, 0.0});
@@ -144,7 +144,7 @@ void Evaluator::instantiate(const Statement& s, Frame* f, Nodes& out)
     using TargetKind = Target<ModuleDefinition>::Kind;
     check_stack();
     if ((++steps_ & 0xff) == 0) current_progress().check();
-    if (++n_nodes_ > kMaxNodes) fail(s.place, "the model has more than 20 million nodes");
+    if (++n_nodes_ > kMaxNodes) fail(s.place, "the model has more than 3 million nodes");
     call_place_ = &s.place;
     if (s.is_if) {
         if_statement(s, f, out);
@@ -180,7 +180,7 @@ void Evaluator::user_module(const Statement& s, Frame* f, Nodes& out)
     ModuleInstance instance{&s.children, f};
     frame->instance = &instance;
     module_stack_.push_back(m.name);
-    set_special(children_special_, static_cast<double>(s.children.statements.size()));
+    frame->slots()[m.children_slot] = static_cast<double>(s.children.statements.size());
     set_special(parent_modules_special_, static_cast<double>(module_stack_.size()));
     ModelNode node = make_node("group", s);
     assignments(m.scope.block, frame.get());
@@ -213,7 +213,7 @@ void Evaluator::builtin_module(const Statement& s, Frame* f, Nodes& out)
             echo_or_assert(s, f, out);
             return;
         case BuiltinModule::Child:
-            diagnostics_.deprecated(
+            diagnostics_.deprecated_anywhere(
                 s.place, "child() will be removed in future releases. Use children() instead.");
             children_statement(s, f, out);
             return;
@@ -290,7 +290,7 @@ void Evaluator::for_variable(const Statement& s, std::size_t number, Frame* f, N
                                            std::to_string(n) + ")");
             return;
         }
-        for (std::uint32_t i = 0; i < n; ++i) turn(r.begin + i * r.step);
+        for (std::uint32_t i = 0; i < n; ++i) turn(range_value(r, i));
     } else if (over.is_string()) {
         for_each_character(over.as_string(), [&](std::string_view c) { turn(Value::string(c)); });
     } else if (!over.is_undef()) {
@@ -348,7 +348,7 @@ const ModuleInstance* Evaluator::instance_of(Frame* f)
     return nullptr;
 }
 
-// One child, in a scope of its own. Its node is marked as the call of children() is.
+// One child, in a scope of its own. As in the text language the modifiers of the call are lost.
 void Evaluator::child_by_number(const Statement& s, const ModuleInstance& m, double number,
                                 Nodes& out)
 {
@@ -390,13 +390,7 @@ void Evaluator::children_statement(const Statement& s, Frame* f, Nodes& out)
         return;
     }
     if (index.is_number()) {
-        const std::size_t before = out.size();
         child_by_number(s, *m, index.as_number(), out);
-        for (std::size_t i = before; i < out.size(); ++i) {
-            out[i].root |= s.root;
-            out[i].highlight |= s.highlight;
-            out[i].background |= s.background;
-        }
         return;
     }
     if (!index.is_list() && !index.is_range()) {
@@ -411,13 +405,13 @@ void Evaluator::children_statement(const Statement& s, Frame* f, Nodes& out)
     } else {
         const RangeObject& r = index.as_range();
         const std::uint32_t n = range_size(r);
-        if (n >= kMaxForElements) {
+        if (n > kMaxChildren) {
             diagnostics_.warn(s.place, "Bad range parameter for children: too many elements (" +
                                            std::to_string(n) + ")");
             return;
         }
         for (std::uint32_t i = 0; i < n; ++i)
-            child_by_number(s, *m, r.begin + i * r.step, node.children);
+            child_by_number(s, *m, range_value(r, i), node.children);
     }
     out.push_back(std::move(node));
 }
@@ -466,7 +460,11 @@ void Evaluator::node_statement(const Statement& s, Frame* f, Nodes& out)
         node_maker(s.target.index - static_cast<std::uint32_t>(BuiltinModule::First));
     const ModuleArguments arguments = module_arguments(s, maker.parameters, maker.n_positional, f);
     ModelNode node = maker.make(*this, s, arguments);
-    block(s.children, f, node.children);
+    if (!maker.is_leaf)
+        block(s.children, f, node.children);
+    else if (!s.children.statements.empty())
+        diagnostics_.warn(
+            s.place, "module " + std::string(maker.name) + "() does not support child modules");
     restore_specials(mark);
     out.push_back(std::move(node));
 }

@@ -26,7 +26,7 @@ struct ModelOptions {
     /// Whether to make the solid. Without, models run whose geometry cannot be made yet.
     bool solid = true;
     /// Most memory that the values of the model may take at a time, bytes.
-    std::size_t memory = std::size_t{2} << 30;
+    std::size_t memory = std::size_t{1} << 30;
     /// Where given, gets the messages even if the call throws.
     std::vector<Message>* messages = nullptr;
 };

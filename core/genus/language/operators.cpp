@@ -242,15 +242,11 @@ Value compare(BinaryOp op, const Value& a, const Value& b, std::string& problem)
     if (a.is_string() && b.is_string()) return ordered(op, a.as_string(), b.as_string());
     if (a.is_bool() && b.is_bool()) return ordered(op, a.as_bool(), b.as_bool());
     if (a.is_list() && b.is_list()) return compare_lists(op, a.items(), b.items(), problem);
-    if (a.is_range() && b.is_range()) {
-        const RangeObject &r = a.as_range(), &s = b.as_range();
-        const double x[] = {r.begin, r.step, r.end}, y[] = {s.begin, s.step, s.end};
-        for (int i = 0; i < 3; ++i)
-            if (x[i] != y[i]) return ordered(op, x[i], y[i]);
-        return ordered(op, 0, 0);
-    }
-    if (a.is_undef() && b.is_undef())
-        problem = std::string("operation undefined (undefined ") + to_string(op) + " undefined)";
+    if (a.is_range() && b.is_range())
+        return ordered(op, compare_ranges(a.as_range(), b.as_range()), 0);
+    if (a.tag() == b.tag())
+        problem = std::string("operation undefined (") + a.type_name() + " " + to_string(op) + " " +
+                  b.type_name() + ")";
     else
         undefined(to_string(op), a, b, problem);
     return Value();

@@ -297,12 +297,8 @@ private:
             names_[old.name] + " was assigned on line " + std::to_string(old.place.line);
         if (before == main && after == main)
             text += " but was overwritten";
-        else if (before == after)
+        else if (before == after || before == main)
             text += " of \"" + sources[old.place.file].shown + "\" but was overwritten";
-        else if (before == main)
-            text += " of \"" + sources[old.place.file].shown + "\" but was overwritten on line " +
-                    std::to_string(now.place.line) + " of \"" + sources[now.place.file].shown +
-                    "\"";
         else
             return;
         shared_.diagnostics.warn(now.place, text);

@@ -126,6 +126,7 @@ private:
         scope.n_slots = &m.scope.block.n_slots;
         scope.parent = &outside;
         parameters(m.parameters, scope, outside);
+        m.children_slot = scope.add(program_.names.intern("$children"));
         definitions(m.scope, scope, &outside);
     }
 
@@ -188,9 +189,10 @@ private:
                 }
             if (s->own_frame) ++steps;
         }
-        for (const FileScope::Use& use : file_->uses)
-            if (const Definition* d = defined<Definition>(program_.files[use.file]->scope, name)) {
-                target = {TargetKind::Used, d, 0, static_cast<std::uint32_t>(use.file)};
+        // Of several files that define it the one used last counts.
+        for (auto use = file_->uses.rbegin(); use != file_->uses.rend(); ++use)
+            if (const Definition* d = defined<Definition>(program_.files[use->file]->scope, name)) {
+                target = {TargetKind::Used, d, 0, static_cast<std::uint32_t>(use->file)};
                 return;
             }
         const auto number =
@@ -316,7 +318,8 @@ private:
         r.end = expr(r.end, scope);
         const auto begin = number(r.begin), end = number(r.end);
         const auto step = r.step ? number(r.step) : std::optional(1.0);
-        if (!begin || !end || !step || (!r.step && *begin > *end)) return &r;
+        if (!begin || !end || !step || (*step > 0 && *begin > *end) || (*step < 0 && *begin < *end))
+            return &r;
         return fold(Value::range(*begin, *step, *end), r);
     }
 

@@ -14,8 +14,8 @@ namespace genus::language {
 
 namespace {
 
-constexpr std::size_t kLargest = std::size_t{512} << 20;
-constexpr std::size_t kSmallest = std::size_t{64} << 20;
+constexpr std::size_t kLargest = std::size_t{128} << 20;
+constexpr std::size_t kSmallest = std::size_t{16} << 20;
 // Left for calls that do not check: formatting, allocation, unwinding.
 constexpr std::size_t kReserve = std::size_t{1} << 20;
 
@@ -59,7 +59,7 @@ pthread_t start(Run& run)
         pthread_attr_destroy(&attributes);
         if (!failed) return thread;
     }
-    throw Error("no memory for the stack of a text model (64 MB)");
+    throw Error("no memory for the stack of a text model (16 MB)");
 }
 
 }  // namespace

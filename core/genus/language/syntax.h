@@ -292,6 +292,7 @@ struct ModuleDefinition {
     Place place;
     std::vector<Parameter> parameters;
     DefinitionScope scope;
+    std::uint32_t children_slot = 0;  // resolved: of the variable $children
 };
 
 struct FileScope {

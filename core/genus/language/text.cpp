@@ -491,38 +491,68 @@ namespace genus {
 
 namespace {
 
-void append(std::string& out, const ModelValue& v, const char* separator)
+// Most parameters show numbers as C does, matrices and lists of points as echo does.
+enum class Style { Plain, Echo };
+
+void append_plain_number(std::string& out, double value)
+{
+    if (std::isnan(value)) {
+        out += "nan";
+        return;
+    }
+    char buffer[32];
+    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value == 0.0 ? 0.0 : value,
+                                   std::chars_format::general, 6)
+                         .ptr;
+    out.append(buffer, end);
+}
+
+void append_text(std::string& out, const std::string& text)
+{
+    out += '"';
+    for (const char c : text) {
+        if (c == '"' || c == '\\') out += '\\';
+        if (c == '\n')
+            out += "\\n";
+        else if (c == '\r')
+            out += "\\r";
+        else if (c == '\t')
+            out += "\\t";
+        else
+            out += c;
+    }
+    out += '"';
+}
+
+void append(std::string& out, const ModelValue& v, const char* separator, Style style)
 {
     if (v.is_undef()) {
         out += "undef";
     } else if (const double* n = v.number()) {
-        language::append_number(out, *n);
+        if (style == Style::Echo)
+            language::append_number(out, *n);
+        else
+            append_plain_number(out, *n);
     } else if (const std::string* text = v.text()) {
-        out += '"';
-        for (const char c : *text) {
-            if (c == '"' || c == '\\') out += '\\';
-            if (c == '\n')
-                out += "\\n";
-            else if (c == '\r')
-                out += "\\r";
-            else if (c == '\t')
-                out += "\\t";
-            else
-                out += c;
-        }
-        out += '"';
+        append_text(out, *text);
     } else if (const ModelValue::List* list = v.list()) {
         out += '[';
         const char* between = "";
         for (const ModelValue& item : *list) {
             out += between;
             between = separator;
-            append(out, item, separator);
+            append(out, item, separator, style);
         }
         out += ']';
     } else {
         out += v.truth() ? "true" : "false";
     }
+}
+
+Style style_of(const ModelNode& node, const std::string& parameter)
+{
+    const bool points = parameter == "points" || parameter == "faces" || parameter == "paths";
+    return points || node.name == "multmatrix" ? Style::Echo : Style::Plain;
 }
 
 void append_head(std::string& out, const ModelNode& node, std::size_t depth)
@@ -538,7 +568,7 @@ void append_head(std::string& out, const ModelNode& node, std::size_t depth)
         out += separator;
         separator = ", ";
         if (!name.empty()) out += name + " = ";
-        append(out, value, list_separator);
+        append(out, value, list_separator, style_of(node, name));
     }
     out += ")";
 }

@@ -149,6 +149,8 @@ private:
                 ++at_;
             else if (c == '\xc2' && peek(1) == '\xa0')  // no-break space
                 at_ += 2;
+            else if (c == '\xa0')  // the same in Latin-1
+                at_ += 1;
             else if (c == '/' && peek(1) == '/')
                 at_ = std::min(text_.find('\n', at_), text_.size());
             else if (c == '/' && peek(1) == '*')

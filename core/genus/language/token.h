@@ -18,7 +18,8 @@ public:
     Id intern(std::string_view text);
     const std::string& operator[](Id id) const { return *texts_[id]; }
     std::size_t size() const { return texts_.size(); }
-    bool is_special(Id id) const { return (*this)[id][0] == '$'; }
+    /// Whether it is looked up where the program runs. `$children` is not, for all its dollar.
+    bool is_special(Id id) const { return (*this)[id][0] == '$' && (*this)[id] != "$children"; }
 
 private:
     std::unordered_map<std::string, Id> ids_;

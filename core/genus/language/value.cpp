@@ -270,10 +270,8 @@ bool equal(const Value& a, const Value& b)
             return a.as_string() == b.as_string();
         case Value::Tag::List:
             return same_items(a.items(), b.items());
-        case Value::Tag::Range: {
-            const RangeObject &r = a.as_range(), &s = b.as_range();
-            return r.begin == s.begin && r.step == s.step && r.end == s.end;
-        }
+        case Value::Tag::Range:
+            return compare_ranges(a.as_range(), b.as_range()) == 0;
         case Value::Tag::Function:
             return &a.as_function() == &b.as_function();
     }
@@ -286,11 +284,22 @@ std::uint32_t range_size(const RangeObject& range)
     const double b = range.begin, s = range.step, e = range.end;
     if (std::isnan(b) || std::isnan(s) || std::isnan(e)) return 0;
     if (s < 0 ? b < e : b > e) return 0;
+    if (s == 0) return b == e ? 0 : kEndless;
     if (b == e || std::isinf(s)) return 1;
-    if (std::isinf(b) || std::isinf(e) || s == 0) return kEndless;
+    if (std::isinf(b) || std::isinf(e)) return kEndless;
     // Half a unit of rounding more, so that [0:0.1:0.3] reaches 0.3.
     const double n = std::nextafter((e - b) / s, std::numeric_limits<double>::max());
     return n >= kEndless - 1.0 ? kEndless : static_cast<std::uint32_t>(n) + 1;
+}
+
+int compare_ranges(const RangeObject& a, const RangeObject& b)
+{
+    const std::uint32_t m = range_size(a), n = range_size(b);
+    const auto order = [](double x, double y) { return x < y ? -1 : x > y ? 1 : 0; };
+    if (m == 0 || n == 0) return order(m, n);
+    if (a.begin != b.begin) return order(a.begin, b.begin);
+    if (m == 1 || n == 1 || a.step == b.step) return order(m, n);
+    return order(a.step, b.step);
 }
 
 std::size_t character_bytes(std::string_view text, std::size_t at)

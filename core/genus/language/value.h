@@ -170,6 +170,13 @@ bool equal(const Value& a, const Value& b);
 
 /// Number of values a range runs through; 0 if none, the largest 32-bit number if endless.
 std::uint32_t range_size(const RangeObject& range);
+/// The value at that place of the range.
+inline double range_value(const RangeObject& range, std::uint32_t i)
+{
+    return i == 0 ? range.begin : range.begin + i * range.step;
+}
+/// The order of two ranges, by the values they run through: negative, zero or positive.
+int compare_ranges(const RangeObject& a, const RangeObject& b);
 
 /// Bytes of the character that starts at `text[at]`, at least 1 and within the text.
 std::size_t character_bytes(std::string_view text, std::size_t at);
