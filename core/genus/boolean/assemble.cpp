@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <unordered_map>
 
 #include "genus/base/error.h"
@@ -278,8 +279,15 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
     return faces;
 }
 
-OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
-                          const std::vector<OutFace>& faces)
+namespace {
+
+struct Splitting {
+    OutMesh mesh;
+    std::vector<std::uint64_t> shared_edges;  // left with four faces or more
+};
+
+Splitting split_corners(const Soup& soup, const std::vector<PointRef>& points,
+                        const std::vector<OutFace>& faces)
 {
     const auto n = static_cast<Index>(faces.size());
     std::vector<Sheet> sheets;
@@ -289,15 +297,16 @@ OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
     sort_sheets(sheets);
 
     // Corners (3 face + i) of faces that are neighbours across an edge belong together.
-    DisjointSets corners(3 * n);
+    DisjointSets corners(3 * faces.size());
     const auto corner_at = [&](Index f, Index point) {
         const auto& c = faces[f].corners;
         return 3 * f + (c[0] == point ? 0 : (c[1] == point ? 1 : 2));
     };
+    const auto low = [](const Sheet& s) { return static_cast<Index>(s.edge >> 32); };
+    const auto high = [](const Sheet& s) { return static_cast<Index>(s.edge & 0xffffffffu); };
     const auto join = [&](const Sheet& a, const Sheet& b) {
         if (a.forward == b.forward) throw Error("mesh_boolean: the result is not oriented");
-        for (const Index p :
-             {static_cast<Index>(a.edge >> 32), static_cast<Index>(a.edge & 0xffffffffu)})
+        for (const Index p : {low(a), high(a)})
             corners.unite(corner_at(a.item, p), corner_at(b.item, p));
     };
     for_each_edge(sheets, [&](Sheet* begin, Sheet* end) {
@@ -306,13 +315,24 @@ OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
             return;
         }
         if ((end - begin) % 2 != 0) throw Error("mesh_boolean: the result is not closed");
-        sort_round_edge(soup, arrangement.points, begin, end);
+        sort_round_edge(soup, points, begin, end);
         // The solid lies between a sheet that turns against the edge and the next one.
         for (Sheet* s = begin; s != end; ++s)
             if (!s->forward) join(*s, s + 1 == end ? *begin : s[1]);
     });
 
-    OutMesh mesh;
+    Splitting result;
+    for_each_edge(sheets, [&](Sheet* begin, Sheet* end) {
+        std::vector<std::pair<Index, Index>> ends;
+        for (const Sheet* s = begin; end - begin > 2 && s != end; ++s)
+            if (s->forward)
+                ends.push_back({corners.find(corner_at(s->item, low(*s))),
+                                corners.find(corner_at(s->item, high(*s)))});
+        std::sort(ends.begin(), ends.end());
+        if (std::adjacent_find(ends.begin(), ends.end()) != ends.end())
+            result.shared_edges.push_back(begin->edge);
+    });
+    OutMesh& mesh = result.mesh;
     mesh.faces.resize(faces.size());
     std::vector<Index> number(3 * faces.size(), -1);
     for (Index f = 0; f < n; ++f)
@@ -324,7 +344,48 @@ OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
             }
             mesh.faces[f][i] = known;
         }
-    return mesh;
+    return result;
+}
+
+// Puts a corner in the middle of each of the edges and halves the faces there.
+void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>& points,
+                 std::vector<OutFace>& faces)
+{
+    std::unordered_map<std::uint64_t, Index> middle;
+    for (const std::uint64_t edge : edges) {
+        const Vec3& a = points[edge >> 32].approx;
+        const Vec3& b = points[edge & 0xffffffffu].approx;
+        Vec3 m;
+        for (int k = 0; k < 3; ++k) m[k] = std::nearbyint(0.5 * a[k] + 0.5 * b[k]);
+        if (m == a || m == b) throw Error("mesh_boolean: parts touch along an edge too short");
+        middle[edge] = static_cast<Index>(points.size());
+        points.push_back({m, nullptr});
+    }
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (int i = 0; i < 3;) {
+            const auto it = middle.find(edge_key(faces[f].corners[i], faces[f].corners[next(i)]));
+            if (it == middle.end()) {
+                ++i;
+                continue;
+            }
+            OutFace other = faces[f];
+            other.corners[i] = it->second;
+            faces[f].corners[next(i)] = it->second;
+            faces.push_back(other);  // looked at when its turn comes
+            i = 0;
+        }
+}
+
+}  // namespace
+
+OutMesh split_to_manifold(const Soup& soup, std::vector<PointRef>& points,
+                          std::vector<OutFace>& faces)
+{
+    while (true) {
+        Splitting splitting = split_corners(soup, points, faces);
+        if (splitting.shared_edges.empty()) return std::move(splitting.mesh);
+        halve_edges(splitting.shared_edges, points, faces);
+    }
 }
 
 }  // namespace genus::exact

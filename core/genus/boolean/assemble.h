@@ -24,12 +24,14 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
                                    const Selection& selection, bool merge_coplanar);
 
 /// A surface with its own numbers for corners, manifold: where faces touch along an edge or in a
-/// corner without being neighbours round the solid, each part has a corner of its own.
+/// corner without being neighbours round the solid, each part has a corner of its own. Where two
+/// parts would still share both ends of an edge, the edge gets a corner in the middle, rounded to
+/// the grid, for each of them: `points` and `faces` then grow.
 struct OutMesh {
     std::vector<Triangle> faces;       // in the order of the OutFaces
-    std::vector<std::int32_t> points;  // of each corner: its point in the arrangement
+    std::vector<std::int32_t> points;  // of each corner: its number in `points`
 };
-OutMesh split_to_manifold(const Soup& soup, const Arrangement& arrangement,
-                          const std::vector<OutFace>& faces);
+OutMesh split_to_manifold(const Soup& soup, std::vector<PointRef>& points,
+                          std::vector<OutFace>& faces);
 
 }  // namespace genus::exact

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "genus/base/box.h"
@@ -11,6 +13,7 @@
 #include "genus/base/progress.h"
 #include "genus/boolean/arrangement.h"
 #include "genus/boolean/assemble.h"
+#include "genus/boolean/close_coordinates.h"
 #include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
 #include "genus/boolean/winding.h"
@@ -25,7 +28,10 @@ using exact::ClosedOperand;
 using exact::Soup;
 using Index = std::int32_t;
 
-constexpr int kMendRounds = 8;
+constexpr int kMendRounds = 3;
+constexpr int kCoarserBits = 4;
+constexpr double kCloseSteps = 8.0;  // within which coordinates are meant to be equal
+constexpr double kCloseUnits = 4.0;  // the same in units in the last place
 
 // An integer grid over a box: x = origin + 2^exponent X with |X| below kGridLimit.
 class Frame {
@@ -41,6 +47,11 @@ public:
             ++exponent_;
             place_origin(box.center());
         } while (farthest(box) > exact::kGridLimit);
+        for (int k = 0; k < 3; ++k) {
+            int digits = 0;
+            std::frexp(std::max(std::abs(box.min[k]), std::abs(box.max[k])), &digits);
+            unit_[k] = std::ldexp(1.0, std::max(0, digits - 53 - exponent_));
+        }
     }
 
     double step() const { return std::ldexp(1.0, exponent_); }
@@ -82,6 +93,31 @@ public:
         double off = 0.0;
         return to_grid(from_grid(whole), off);
     }
+    /// The nearest point of a grid coarser by `bits` than doubles of the largest coordinate are.
+    Vec3 coarsened(const Vec3& p, int bits) const
+    {
+        Vec3 q;
+        for (int k = 0; k < 3; ++k) {
+            const double unit = std::ldexp(unit_[k], bits);
+            q[k] = std::clamp(std::nearbyint(p[k] / unit) * unit, -exact::kGridLimit,
+                              exact::kGridLimit);
+        }
+        return q;
+    }
+    /// Distances, in steps, within which coordinates are meant to be equal: a few roundings.
+    Vec3 close(double most_snap) const
+    {
+        Vec3 reach;
+        for (int k = 0; k < 3; ++k)
+            reach[k] = std::max(kCloseSteps,
+                                std::min(kCloseUnits * unit_[k], most_snap * exact::kGridLimit));
+        return reach;
+    }
+    /// What `coarsened` may move a coordinate by, as a share of the size of the box.
+    double coarseness(int bits) const
+    {
+        return 0.5 * std::ldexp(std::max({unit_[0], unit_[1], unit_[2]}), bits) / exact::kGridLimit;
+    }
 
 private:
     void place_origin(const Vec3& center)
@@ -99,6 +135,7 @@ private:
     }
 
     Vec3 origin_;
+    Vec3 unit_;  // unit in the last place of the largest coordinates, in steps
     int exponent_;
 };
 
@@ -135,40 +172,45 @@ bool collide(const Solved& mesh, Index f, Index g)
     return !exact::find_contact(a, b).trivial();
 }
 
-// The first face with a moved corner that is flat or meets another face; -1 if there is none.
-Index find_collision(const Solved& mesh, const std::vector<char>& moved)
+// The faces that, after some corners moved, are flat or meet others.
+std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& moved)
 {
+    std::vector<Index> bad;
     std::vector<Index> suspects;
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         const Triangle& t = mesh.faces[f];
         if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
-        if (is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]))
-            return static_cast<Index>(f);
-        suspects.push_back(static_cast<Index>(f));
+        const bool flat = is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+        (flat ? bad : suspects).push_back(static_cast<Index>(f));
     }
+    if (suspects.empty()) return bad;
     const auto box = [&](Index f) {
         const Triangle& t = mesh.faces[f];
         return exact::box_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
     };
-    if (suspects.empty()) return -1;
     std::vector<exact::FloatBox> boxes;
     for (const Index f : suspects) boxes.push_back(box(f));
     const exact::BoxTree tree(std::move(boxes), {});
+    std::vector<char> flat(mesh.faces.size(), 0);
+    for (const Index f : bad) flat[f] = 1;
     constexpr std::size_t kGrain = 4096;
-    std::vector<Index> found(mesh.faces.size() / kGrain + 1, -1);
+    std::vector<std::vector<Index>> found(mesh.faces.size() / kGrain + 1);
     parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        Index& first = found[begin / kGrain];
-        for (std::size_t f = begin; f < end && first < 0; ++f)
-            tree.query(box(static_cast<Index>(f)), [&](Index s) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto f = static_cast<Index>(i);
+            if (flat[f]) continue;
+            tree.query(box(f), [&](Index s) {
                 const Index g = suspects[s];
-                if (first < 0 && g != static_cast<Index>(f) &&
-                    collide(mesh, static_cast<Index>(f), g))
-                    first = g;
+                if (g == f || !collide(mesh, f, g)) return;
+                found[begin / kGrain].push_back(f);
+                found[begin / kGrain].push_back(g);
             });
+        }
     });
-    for (const Index f : found)
-        if (f >= 0) return f;
-    return -1;
+    for (const auto& part : found) bad.insert(bad.end(), part.begin(), part.end());
+    std::sort(bad.begin(), bad.end());
+    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    return bad;
 }
 
 // The surface of a soup by formula, rounded; `moved` tells which points the rounding moved.
@@ -176,10 +218,11 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
                   Index n_operands, exact::InsideRule rule, bool merge_coplanar,
                   std::vector<char>& moved, MeshBooleanReport& report)
 {
-    const exact::Arrangement arrangement = exact::arrange(soup);
+    exact::Arrangement arrangement = exact::arrange(soup);
     const exact::Selection selection = exact::select(soup, arrangement, formula, n_operands, rule);
-    const auto faces = exact::collect_faces(soup, arrangement, selection, merge_coplanar);
-    exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement, faces);
+    auto faces = exact::collect_faces(soup, arrangement, selection, merge_coplanar);
+    const std::size_t n_exact = arrangement.points.size();
+    exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement.points, faces);
 
     report.n_candidate_pairs += arrangement.n_candidate_pairs;
     report.n_contacts += arrangement.n_contacts;
@@ -195,9 +238,10 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
         const exact::PointRef& p = arrangement.points[mesh.points[i]];
         solved.points[i] = p.approx;
-        if (!p.exact) continue;
+        const bool middle = static_cast<std::size_t>(mesh.points[i]) >= n_exact;
+        if (!p.exact && !middle) continue;
         solved.points[i] = frame.rounded(p.approx);
-        moved[i] = !exact::same_point({solved.points[i], nullptr}, p);
+        moved[i] = middle || !exact::same_point({solved.points[i], nullptr}, p);
     }
     for (const exact::OutFace& face : faces) {
         solved.operand.push_back(soup.operand[face.source]);
@@ -254,25 +298,25 @@ std::string place_text(const Vec3& p)
     return "(" + to_text(p[0]) + ", " + to_text(p[1]) + ", " + to_text(p[2]) + ")";
 }
 
-Solved solve(const Soup& soup, const Frame& frame, const BooleanFormula& formula, Index n_operands,
-             const MeshBooleanOptions& options, MeshBooleanReport& report)
+// Nothing if the rounded result crosses itself and solving it again does not help; `place` then
+// is a point where it does.
+std::optional<Solved> solve(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                            Index n_operands, const MeshBooleanOptions& options,
+                            MeshBooleanReport& report, Vec3& place)
 {
     std::vector<char> moved;
     Solved solved = solve_once(soup, frame, formula, n_operands, exact::InsideRule::NonZero,
                                options.merge_coplanar, moved, report);
+    const std::size_t most_faces = 2 * solved.faces.size() + 1000;
     for (int round = 0;; ++round) {
-        const Index bad = find_collision(solved, moved);
-        if (bad < 0) return solved;
-        if (round == kMendRounds)
-            throw Error(
-                "mesh_boolean: the result cannot be written in doubles without crossing "
-                "itself near " +
-                place_text(frame.from_grid(solved.points[solved.faces[bad][0]])));
+        const std::vector<Index> bad = find_collisions(solved, moved);
+        if (bad.empty()) return solved;
+        place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
+        if (round == kMendRounds || solved.faces.size() > most_faces) return std::nullopt;
         ++report.n_mended;
-        const Soup again = as_soup(solved);
         Solved mended =
-            solve_once(again, frame, BooleanFormula::union_of(1), 1, exact::InsideRule::Positive,
-                       options.merge_coplanar, moved, report);
+            solve_once(as_soup(solved), frame, BooleanFormula::union_of(1), 1,
+                       exact::InsideRule::Positive, options.merge_coplanar, moved, report);
         for (std::size_t f = 0; f < mended.faces.size(); ++f) {
             const Index before = mended.source[f];
             mended.operand[f] = solved.operand[before];
@@ -309,6 +353,15 @@ public:
     }
 
 private:
+    // With all that a few roundings might have moved into the box.
+    static Box3 nearby(const Box3& box)
+    {
+        double largest = 0.0;
+        for (int k = 0; k < 3; ++k)
+            largest = std::max({largest, std::abs(box.min[k]), std::abs(box.max[k])});
+        return box.inflated(kCloseUnits * std::numeric_limits<double>::epsilon() * largest);
+    }
+
     void find_clusters()
     {
         std::vector<Index> start{0};
@@ -321,10 +374,11 @@ private:
                     boxes[start[i] + ready_[i].component[f]].add(meshes_[i].vertices[v]);
         DisjointSets sets(start.back());
         std::vector<exact::FloatBox> rough;
-        for (const Box3& box : boxes) rough.push_back(exact::box_of(box.min, box.max, box.min));
+        for (const Box3& b : boxes)
+            rough.push_back(exact::box_of(nearby(b).min, nearby(b).max, nearby(b).min));
         const exact::BoxTree tree(std::move(rough), {});
-        const auto touching =
-            tree.pairs(true, [&](Index a, Index b) { return overlap(boxes[a], boxes[b]); });
+        const auto touching = tree.pairs(
+            true, [&](Index a, Index b) { return overlap(nearby(boxes[a]), nearby(boxes[b])); });
         for (const auto& [a, b] : touching) sets.unite(a, b);
 
         std::vector<Index> number(start.back(), -1);
@@ -349,14 +403,24 @@ private:
     void solve_cluster(Index c)
     {
         const Frame frame(cluster_box_[c]);
-        const Soup soup = make_soup(cluster_faces_[c], frame);
-        cluster_faces_[c] = {};
-        const Solved solved = solve(soup, frame, formula_, static_cast<Index>(meshes_.size()),
-                                    options_, result_.report);
-        append(solved, frame);
+        Vec3 place;
+        for (int bits = 0; bits == 0 || frame.coarseness(bits) <= options_.most_snap;
+             bits += kCoarserBits) {
+            const Soup soup = make_soup(cluster_faces_[c], frame, bits);
+            const auto solved = solve(soup, frame, formula_, static_cast<Index>(meshes_.size()),
+                                      options_, result_.report, place);
+            if (!solved) continue;
+            append(*solved, frame);
+            cluster_faces_[c] = {};
+            return;
+        }
+        throw Error(
+            "mesh_boolean: the result cannot be written in doubles without crossing itself "
+            "near " +
+            place_text(place));
     }
 
-    Soup make_soup(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame)
+    Soup make_soup(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame, int bits)
     {
         Soup soup;
         soup.crosses_itself.assign(meshes_.size(), options_.operands_may_cross_themselves);
@@ -368,20 +432,43 @@ private:
                 vertex_[i].assign(meshes_[i].vertices.size(), -1);
             }
         }
+        for (const auto& [i, f] : faces) {
+            place_[i][f] = -1;
+            for (const Index v : ready_[i].faces[f]) vertex_[i][v] = -1;
+        }
         double largest = 0.0;
+        std::vector<Index> owner;  // of each point, an operand
+        for (const auto& [i, f] : faces)
+            for (const Index v : ready_[i].faces[f]) {
+                if (vertex_[i][v] >= 0) continue;
+                double off = 0.0;
+                vertex_[i][v] = static_cast<Index>(soup.points.size());
+                Vec3 p = frame.to_grid(meshes_[i].vertices[v], off);
+                if (bits > 0) {
+                    const Vec3 q = frame.coarsened(p, bits);
+                    for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(q[k] - p[k]));
+                    p = q;
+                }
+                soup.points.push_back(p);
+                owner.push_back(i);
+                if (off > 0.0) soup.crosses_itself[i] = 1;
+                largest = std::max(largest, off);
+            }
+        std::vector<Triangle> corners;
         for (const auto& [i, f] : faces) {
             Triangle t = ready_[i].faces[f];
-            for (Index& v : t) {
-                Index& known = vertex_[i][v];
-                if (known < 0) {
-                    double off = 0.0;
-                    known = static_cast<Index>(soup.points.size());
-                    soup.points.push_back(frame.to_grid(meshes_[i].vertices[v], off));
-                    if (off > 0.0) soup.crosses_itself[i] = 1;
-                    largest = std::max(largest, off);
-                }
-                v = known;
-            }
+            for (Index& v : t) v = vertex_[i][v];
+            corners.push_back(t);
+        }
+        const auto moved =
+            exact::merge_close_coordinates(soup.points, corners, frame.close(options_.most_snap));
+        for (std::size_t n = 0; n < moved.size(); ++n) {
+            if (moved[n] > 0.0) soup.crosses_itself[owner[n]] = 1;
+            largest = std::max(largest, moved[n]);
+        }
+        for (std::size_t n = 0; n < faces.size(); ++n) {
+            const auto [i, f] = faces[n];
+            const Triangle& t = corners[n];
             if (is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) {
                 soup.crosses_itself[i] = 1;
                 continue;

@@ -16,6 +16,9 @@ struct MeshBooleanOptions {
     /// touches itself, and saves about half of the time; a broken promise ends in an Error where
     /// it is noticed.
     bool operands_may_cross_themselves = true;
+    /// How far the corners of operands may be moved, as a share of the size of their cluster,
+    /// where faces so nearly coincide that the result could not be written in doubles.
+    double most_snap = 1e-9;
 };
 
 struct MeshBooleanReport {
