@@ -166,7 +166,11 @@ BezierCurve BezierCurve::elevated(int by) const
     }
     std::vector<Vec4> h = homogeneous();
     for (int k = 0; k < by; ++k) h = bernstein::elevated<Vec4>(h);
-    return from_homogeneous(h);
+    BezierCurve result = from_homogeneous(h);
+    // (x w) / w need not be x; neighbours are recognised by their ends.
+    result.points_.front() = points_.front();
+    result.points_.back() = points_.back();
+    return result;
 }
 
 namespace {
