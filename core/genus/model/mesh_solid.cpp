@@ -8,6 +8,7 @@
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/validate.h"
+#include "genus/model/boolean_road.h"
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
 #include "genus/model/deviation.h"
@@ -21,9 +22,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxAttempts = 8;
+constexpr double kFiner = 0.4;
 constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
-constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
+constexpr double kEdgeShare = 0.7;    // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
 
 // Adds the seconds since construction, or since the last call, to a named stage.
@@ -70,7 +72,7 @@ public:
         CellMesher mesher(formula_, forms_, cube_);
         CellDemands demands;
         demands.max_error = cube_.diagonal();
-        demands.min_size = 0.25 * result_.tolerance;
+        demands.min_size = result_.tolerance / 128.0;
         for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / kMaxAttempts);
             mesher.refine(demands, 4 * options_.max_triangles + 1000);
@@ -89,7 +91,7 @@ public:
 
 private:
     // Brings a mesh with the right combination of faces to the tolerance and through all checks.
-    // Where that fails, `places_` says where.
+    // Where that fails, `trouble_` says where.
     bool reach_tolerance(SurfaceMesh& surface)
     {
         FlexibleMesh rough(std::move(surface));
@@ -178,7 +180,7 @@ private:
                 box.add(mesh.mesh.vertices[v]);
                 size = std::min(size, mesh.cell_size[v]);
             }
-            trouble_.emplace_back(box.inflated(result_.tolerance), 0.5 * size);
+            trouble_.emplace_back(box.inflated(result_.tolerance), kFiner * size);
         }
         if (trouble_.empty())
             for (const Box3& box : c.failed) trouble_.emplace_back(box, 0.5 * box.diagonal());
@@ -226,7 +228,11 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
-    Road(planned, options, result).run();
+    if (options.method == MeshMethod::Boolean ||
+        (options.method == MeshMethod::Auto && is_polyhedral(planned)))
+        mesh_by_boolean(planned, result);
+    else
+        Road(planned, options, result).run();
     return result;
 }
 
