@@ -47,6 +47,7 @@ void bind_base(py::module_& m);
 py::class_<Mesh> bind_mesh(py::module_& m);
 void bind_reports(py::module_& m);
 void bind_model(py::module_& m);
+void bind_boolean(py::class_<Mesh>& mesh);
 void bind_io(py::module_& m, py::class_<Mesh>& mesh);
 void bind_language(py::module_& m);
 

@@ -14,10 +14,26 @@ namespace genus::python {
 
 namespace {
 
+// Those of these extensions that the library was built with.
+std::vector<std::string> mesh_formats()
+{
+    std::vector<std::string> names;
+    for (const char* name : {"stl", "obj", "off", "ply", "gltf", "glb", "3mf", "amf"})
+        if (format_of_extension(std::string("part.") + name)) names.emplace_back(name);
+    return names;
+}
+
+std::string joined(const std::vector<std::string>& names)
+{
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+}
+
 std::optional<MeshFormat> to_format(const std::optional<std::string>& name)
 {
     if (!name) return std::nullopt;
-    const auto format = format_of_extension("." + *name);
+    const auto format = format_of_extension("part." + *name);
     if (!format) throw InvalidInput("format is \"" + *name + "\", must be stl, obj, off or ply");
     return format;
 }
@@ -63,12 +79,11 @@ py::dict convert(const Path& source, const Path& target, const std::optional<std
 
 void bind_io(py::module_& m, py::class_<Mesh>& mesh)
 {
-    m.def(
-        "load", &load, py::arg("path"), py::kw_only(), py::arg("format") = py::none(),
-        py::arg("progress") = py::none(),
-        R"(Read a mesh from an STL, OBJ, OFF or PLY file; faces of more corners are cut to triangles.
+    m.def("load", &load, py::arg("path"), py::kw_only(), py::arg("format") = py::none(),
+          py::arg("progress") = py::none(),
+          R"(Read a mesh from a file; faces of more corners are cut to triangles.
 
-format : "stl", "obj", "off" or "ply"; by content, then by the path's extension, if left out
+format : one of mesh_formats(); by content, then by the path's extension, if left out
 
 Raises FileError with the byte or line of what is wrong.
 
@@ -86,7 +101,7 @@ ascii : text where the format also has a binary form
 scale : factor on all coordinates)");
     mesh.def("save", &save, py::arg("path"), py::kw_only(), py::arg("format") = py::none(),
              py::arg("ascii") = false, py::arg("progress") = py::none(),
-             R"(Write an STL, OBJ, OFF or PLY file, whole or not at all.
+             R"(Write a mesh file, whole or not at all.
 
 format : by the path's extension if left out
 ascii : text where the format also has a binary form)");

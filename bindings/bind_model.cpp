@@ -4,10 +4,10 @@
 #include "arrays.h"
 #include "bind.h"
 #include "genus/base/error.h"
-#include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/model/csg_field.h"
 #include "genus/model/plan.h"
+#include "genus/model/queries.h"
 #include "genus/model/solid.h"
 #include "long_call.h"
 
@@ -117,41 +117,89 @@ Mesh make_mesh(const Solid& solid, Number tolerance, const std::string& method, 
     return mesh;
 }
 
-// Field values a chunk; a chunk takes about a millisecond.
-constexpr std::size_t kChunk = 4096;
-
-template <class Result, class Evaluate>
-std::vector<Result> evaluate(const Solid& solid, const py::object& points, Evaluate&& one)
+py::array inside(const Solid& solid, const py::object& points)
 {
     const PointArray array = to_point_array(points, "points");
-    const std::span<const Vec3> p = rows(array);
+    const std::vector<char> flags = long_call([&] { return contains(solid, rows(array)); });
+    py::array_t<bool> result(static_cast<py::ssize_t>(flags.size()));
+    std::copy(flags.begin(), flags.end(), result.mutable_data());
+    return result;
+}
+
+py::array field_values(const Solid& solid, const py::object& points)
+{
+    const PointArray array = to_point_array(points, "points");
+    return to_array(long_call([&] { return values(CsgField(solid), rows(array)); }));
+}
+
+py::array field_gradients(const Solid& solid, const py::object& points)
+{
+    const PointArray array = to_point_array(points, "points");
+    return to_array(long_call([&] { return gradients(CsgField(solid), rows(array)); }));
+}
+
+py::array box_of(const Solid& solid, Number tolerance)
+{
+    if (!tolerance) return to_array(solid.bounds());
+    return to_array(long_call([&] { return tight_bounds(solid, *tolerance); }));
+}
+
+// Hits of all rays, ray after ray, as arrays.
+struct RayHits {
+    std::vector<std::int64_t> ray;
+    std::vector<double> t;
+    std::vector<Vec3> points;
+    std::vector<Vec3> normals;
+    std::vector<std::uint8_t> entering;
+
+    void add(std::size_t number, const RayHit& hit)
+    {
+        ray.push_back(static_cast<std::int64_t>(number));
+        t.push_back(hit.t);
+        points.push_back(hit.point);
+        normals.push_back(hit.normal);
+        entering.push_back(hit.entering);
+    }
+};
+
+RayHits cast_rays(const Solid& solid, const ArrayLike& origins, const ArrayLike& directions)
+{
+    const PointArray from = to_point_array(origins, "origins");
+    const PointArray along = to_point_array(directions, "directions");
+    if (from.shape(0) != along.shape(0))
+        throw py::value_error("ray_cast: " + std::to_string(from.shape(0)) + " origins, " +
+                              std::to_string(along.shape(0)) + " directions");
     return long_call([&] {
-        const CsgField field(solid);
-        std::vector<Result> results(p.size());
-        parallel_for(p.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) results[i] = one(field, p[i]);
-        });
-        return results;
+        const auto hits = ray_cast(CsgField(solid), rows(from), rows(along));
+        RayHits all;
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            for (const RayHit& hit : hits[i]) all.add(i, hit);
+        return all;
     });
 }
 
-py::array contains(const Solid& solid, const py::object& points)
+void bind_ray_hits(py::module_& m)
 {
-    auto inside = evaluate<std::uint8_t>(
-        solid, points, [](const CsgField& f, const Vec3& p) { return f.value(p) <= 0.0; });
-    return to_array(std::move(inside)).attr("view")(py::dtype::of<bool>());
-}
-
-py::array value(const Solid& solid, const py::object& points)
-{
-    return to_array(evaluate<double>(solid, points,
-                                     [](const CsgField& f, const Vec3& p) { return f.value(p); }));
-}
-
-py::array gradient(const Solid& solid, const py::object& points)
-{
-    return to_array(evaluate<Vec3>(solid, points,
-                                   [](const CsgField& f, const Vec3& p) { return f.gradient(p); }));
+    py::class_<RayHits>(
+        m, "RayHits",
+        "Where rays enter and leave a solid: arrays, ray after ray, along each in order.")
+        .def_property_readonly(
+            "ray", [](const RayHits& h) { return to_array(h.ray); }, "(k,) int64: which ray.")
+        .def_property_readonly(
+            "t", [](const RayHits& h) { return to_array(h.t); },
+            "(k,) float64: the point is origin + t direction.")
+        .def_property_readonly(
+            "points", [](const RayHits& h) { return to_array(h.points); }, "(k, 3) float64.")
+        .def_property_readonly(
+            "normals", [](const RayHits& h) { return to_array(h.normals); },
+            "(k, 3) float64: outward, length 1.")
+        .def_property_readonly(
+            "entering",
+            [](const RayHits& h) {
+                return to_array(h.entering).attr("view")(py::dtype::of<bool>());
+            },
+            "(k,) bool: into the solid, else out of it.")
+        .def("__len__", [](const RayHits& h) { return h.t.size(); });
 }
 
 std::string kind(const Solid& solid)
@@ -333,23 +381,31 @@ void bind_solid(py::class_<Solid>& solid)
                 return colored(s, to_color(rgba, alpha));
             },
             py::arg("rgba"), py::arg("alpha") = 1.0, "Coloured by 3 or 4 numbers in [0, 1].")
-        .def(
-            "bounds", [](const Solid& s) { return to_array(s.bounds()); },
-            "Box that holds the solid, (2, 3), infinite where no bound is known; not always the\n"
-            "tightest: a difference has the bounds of its first operand.")
+        .def("bounds", &box_of, py::arg("tolerance") = py::none(),
+             R"(Box that holds the solid, (2, 3), infinite where no bound is known; not always the
+tightest: a difference has the bounds of its first operand. With a tolerance, each side is that
+near the solid.
+
+>>> (genus.cube(4) - genus.cube([3, 9, 9])).bounds(tolerance=0.01).round(1).tolist()
+[[3.0, 0.0, 0.0], [4.0, 4.0, 4.0]])")
         .def_property_readonly("is_empty", &Solid::is_empty, "True if nothing is in it.")
         .def_property_readonly("kind", &kind, "What the tree's root is: \"sphere\", \"union\", ...")
         .def(
-            "contains", [](const Solid& s, const ArrayLike& p) { return contains(s, p); },
+            "contains", [](const Solid& s, const ArrayLike& p) { return inside(s, p); },
             py::arg("points"), "For points (n, 3), (n,) bool: inside or on the border.")
         .def(
-            "value", [](const Solid& s, const ArrayLike& p) { return value(s, p); },
+            "value", [](const Solid& s, const ArrayLike& p) { return field_values(s, p); },
             py::arg("points"),
             "For points (n, 3), (n,) float64: the function F whose F <= 0 is the solid.")
         .def(
-            "gradient", [](const Solid& s, const ArrayLike& p) { return gradient(s, p); },
+            "gradient", [](const Solid& s, const ArrayLike& p) { return field_gradients(s, p); },
             py::arg("points"),
             "For points (n, 3), (n, 3) float64: gradient of F, that of one branch at a crease.")
+        .def("ray_cast", &cast_rays, py::arg("origins"), py::arg("directions"),
+             R"(Entries and exits of rays, origins (n, 3) and directions (n, 3), in order: RayHits.
+
+>>> genus.sphere(1).ray_cast([[-3, 0, 0]], [[1, 0, 0]]).t.tolist()
+[2.0, 4.0])")
         .def(
             "explain", [](const Solid& s) { return plan(s).explanation; },
             "What planning leaves out of the work.")
@@ -386,6 +442,7 @@ void bind_model(py::module_& m)
         "A solid: an immutable tree of shapes, moves and operators. Copies share; no geometry is\n"
         "made before a mesh or a value is asked for. a + b and a | b unite, a - b subtracts,\n"
         "a & b intersects.");
+    bind_ray_hits(m);
     bind_shapes(m);
     bind_operators(m);
     bind_solid(solid);

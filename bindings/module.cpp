@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, m)
     python::bind_reports(m);
     auto mesh = python::bind_mesh(m);
     python::bind_model(m);
+    python::bind_boolean(mesh);
     python::bind_io(m, mesh);
     python::bind_language(m);
 }

@@ -35,7 +35,7 @@ def test_format_goes_before_extension(tmp_path, mesh):
     mesh.save(tmp_path / "part.data", format="ply")
     assert (tmp_path / "part.data").read_bytes().startswith(b"ply")
     assert genus.load(tmp_path / "part.data").volume == mesh.volume
-    with pytest.raises(genus.InvalidInput, match="stl, obj, off or ply"):
+    with pytest.raises(genus.InvalidInput, match="stl, obj, off, ply"):
         mesh.save(tmp_path / "part.data", format="step")
 
 

@@ -116,3 +116,20 @@ def test_mesh_becomes_a_solid_and_back(tetrahedron):
     solid = genus.solid(tetrahedron)
     assert solid.contains([[0.1, 0.1, 0.1], [1, 1, 1]]).tolist() == [True, False]
     assert solid.bounds().tolist() == [[0, 0, 0], [1, 1, 1]]
+
+
+def test_operators_on_meshes_are_exact():
+    def box(low, high):
+        x = np.array([low, high], float)
+        corners = [[x[i & 1, 0], x[i >> 1 & 1, 1], x[i >> 2, 2]] for i in range(8)]
+        quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+        return genus.Mesh(corners, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+
+    a, b = box([0, 0, 0], [2, 2, 2]), box([1, 1, 1], [3, 3, 3])
+    assert [(a + b).volume, (a | b).volume, (a - b).volume, (a & b).volume] == [15, 15, 7, 1]
+    bored = a - box([0.5, 0.5, -1], [1.5, 1.5, 3])
+    assert bored.topology.genus == 1
+    assert bored.validate() == []
+    assert len(a - a) == 0
+    with pytest.raises(genus.InvalidInput):
+        a + genus.Mesh(CORNERS[:3], [[0, 1, 2]])

@@ -140,6 +140,18 @@ def test_large_and_small_batches_agree():
     assert solid.gradient(np.zeros((0, 3))).shape == (0, 3)
 
 
+def test_rays_enter_and_leave_in_order():
+    solid = genus.sphere(2) - genus.sphere(1)
+    hits = solid.ray_cast([[-5, 0, 0], [0, 0, 0], [0, 9, 0]], [[1, 0, 0], [0, 0, 2], [1, 0, 0]])
+    assert hits.ray.tolist() == [0, 0, 0, 0, 1, 1]
+    np.testing.assert_allclose(hits.t, [3, 4, 6, 7, 0.5, 1], rtol=1e-12)
+    assert hits.entering.tolist() == [True, False, True, False, True, False]
+    np.testing.assert_allclose(hits.normals[:2], [[-1, 0, 0], [1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(hits.points[4:], [[0, 0, 1], [0, 0, 2]], atol=1e-12)
+    with pytest.raises(ValueError, match=r"1 origins, 2 directions"):
+        solid.ray_cast(np.zeros((1, 3)), np.ones((2, 3)))
+
+
 def test_the_empty_solid_and_nothing_left():
     assert genus.Solid().is_empty
     assert genus.union([]).is_empty

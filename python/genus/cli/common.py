@@ -11,10 +11,12 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from genus import mesh_formats
+
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-MESH_FORMATS = ("stl", "obj", "off", "ply")
+MESH_FORMATS = tuple(mesh_formats())
 
 
 def positive(text: str) -> float:

@@ -1,4 +1,4 @@
-"""Convert mesh files: STL, OBJ, OFF and PLY, in both directions.
+"""Convert mesh files between all formats that are known.
 
 genus convert part.stl part.ply
 genus convert *.stl --to ply --out-dir converted
