@@ -1,5 +1,7 @@
 #include "genus/model/leaf_mesh.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "genus/base/error.h"
@@ -103,6 +105,101 @@ PolygonMesh mesh_of(const Cylinder& s)
     return mesh;
 }
 
+// ---- Round shapes to a tolerance
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// How far an inscribed regular polygon stays from its circle.
+double sagitta(double r, int n)
+{
+    const double sine = std::sin(0.5 * kPi / n);
+    return 2.0 * r * sine * sine * (1.0 + 1e-14);
+}
+
+/// Sides of a regular polygon inscribed in a circle of radius r that stays within `tolerance`:
+/// r (1 - cos(pi / n)) = 2 r sin^2(pi / 2n).
+int sides_for(double r, double tolerance)
+{
+    const double sine = std::sqrt(std::min(1.0, 0.5 * tolerance / r));
+    const double n = std::ceil(0.5 * kPi / std::asin(sine));
+    require(n <= 1e8, "tessellate: tolerance", tolerance, "not that small");
+    int sides = std::max(3, static_cast<int>(n));
+    while (sagitta(r, sides) > tolerance) ++sides;  // rounding of the above
+    return sides;
+}
+
+/// Unit sphere of n meridians and n / 2 bands between the poles.
+PolygonMesh unit_sphere(int n)
+{
+    const int bands = n / 2;
+    require(std::int64_t{4} * n * bands <= kMostCorners, "tessellate: too many faces");
+    PolygonMesh mesh;
+    mesh.vertices.push_back({{0, 0, 1}});
+    for (int i = 1; i < bands; ++i) {
+        const double polar = 180.0 * i / bands;
+        add_ring(mesh, n, sin_degrees(polar), cos_degrees(polar));
+    }
+    mesh.vertices.push_back({{0, 0, -1}});
+    const auto last = static_cast<std::int32_t>(mesh.vertices.size()) - 1;
+    for (int j = 0; j < n; ++j) add(mesh, {0, 1 + j, 1 + (j + 1) % n});
+    for (int i = 1; i + 1 < bands; ++i) add_band(mesh, 1 + i * n, 1 + (i - 1) * n, n);
+    for (int j = 0; j < n; ++j) add(mesh, {last, last - n + (j + 1) % n, last - n + j});
+    return mesh;
+}
+
+/// 1 less the distance of the farthest cutting plane from the centre: one face a band will do.
+double sphere_deviation(const PolygonMesh& mesh, int n)
+{
+    double worst = 0.0;
+    for (std::size_t f = 0; f < mesh.n_faces(); f += static_cast<std::size_t>(n)) {
+        const auto face = mesh.face(f);
+        const Vec3& a = mesh.vertices[face[0]];
+        const Vec3 normal =
+            normalized(cross(mesh.vertices[face[1]] - a, mesh.vertices[face[2]] - a));
+        worst = std::max(worst, 1.0 - dot(normal, a));
+    }
+    return worst + 1e-14;
+}
+
+/// An affine map moves points apart by at most its largest radius.
+Tessellation tessellated(const Vec3& radii, double tolerance)
+{
+    const double largest = std::max({radii[0], radii[1], radii[2]});
+    // Half the diagonal of a face spans about sqrt(2) times the angle of a side.
+    int n = std::max(4, sides_for(largest, 0.5 * tolerance));
+    for (;; n += std::max(2, n / 8)) {
+        n += n % 2;
+        Tessellation result{unit_sphere(n), 0.0};
+        result.bound = largest * sphere_deviation(result.mesh, n);
+        if (result.bound > tolerance) continue;
+        for (Vec3& v : result.mesh.vertices)
+            for (int i = 0; i < 3; ++i) v[i] *= radii[i];
+        return result;
+    }
+}
+
+/// First the tube's circle becomes a polygon, then the way round the axis does: each step moves
+/// points by at most its own sagitta.
+Tessellation tessellated(const TorusShape& s, double tolerance)
+{
+    const int around = sides_for(s.R + s.r, 0.5 * tolerance), n = sides_for(s.r, 0.5 * tolerance);
+    require(4.0 * around * n <= kMostCorners, "tessellate: too many faces");
+    PolygonMesh mesh;
+    for (int i = 0; i < n; ++i) {
+        const double v = 360.0 * i / n;
+        add_ring(mesh, around, s.R + s.r * cos_degrees(v), s.r * sin_degrees(v));
+    }
+    for (int i = 0; i < n; ++i) add_band(mesh, i * around, (i + 1) % n * around, around);
+    return {std::move(mesh), sagitta(s.R + s.r, around) + sagitta(s.r, n)};
+}
+
+Tessellation tessellated(Cylinder s, double tolerance)
+{
+    const double r = std::max(s.r1, s.r2);
+    s.fragments = sides_for(r, tolerance);
+    return {mesh_of(s), sagitta(r, s.fragments)};
+}
+
 }  // namespace
 
 bool is_faceted(const Shape& shape)
@@ -119,6 +216,20 @@ PolygonMesh facet_mesh(const Shape& shape)
     if (const auto* s = std::get_if<Cylinder>(&shape)) return mesh_of(*s);
     if (const auto* s = std::get_if<Cube>(&shape)) return mesh_of(*s);
     return *std::get<Polyhedron>(shape).mesh;
+}
+
+Tessellation tessellate(const Shape& shape, double tolerance)
+{
+    require(tolerance > 0.0 && std::isfinite(tolerance), "tessellate: tolerance", tolerance,
+            "positive and finite");
+    if (!is_faceted(shape)) {
+        if (const auto* s = std::get_if<Sphere>(&shape))
+            return tessellated(Vec3{{s->r, s->r, s->r}}, tolerance);
+        if (const auto* s = std::get_if<Ellipsoid>(&shape)) return tessellated(s->radii, tolerance);
+        if (const auto* s = std::get_if<Cylinder>(&shape)) return tessellated(*s, tolerance);
+        if (const auto* s = std::get_if<TorusShape>(&shape)) return tessellated(*s, tolerance);
+    }
+    throw InvalidInput(describe(shape) + " is not a round shape to tessellate");
 }
 
 }  // namespace genus

@@ -17,4 +17,17 @@ bool is_faceted(const Shape& shape);
 /// Throws InvalidInput for other shapes and for more than 10^8 corners. O(corners).
 PolygonMesh facet_mesh(const Shape& shape);
 
+/// A closed polyhedron near an exact round shape: sphere, ellipsoid, cylinder, frustum, cone or
+/// torus with no fragments, in the shape's own coordinates.
+struct Tessellation {
+    PolygonMesh mesh;  // planar faces of degree 3, 4 or, for caps, more; outward
+    double bound;      // no point of either surface is farther than this from the other
+};
+
+/// All vertices lie on the surface, so convex shapes are inscribed. `bound` <= `tolerance`. Faces
+/// grow in number with 1 / tolerance (a cylinder's with its square root).
+/// Throws InvalidInput for other shapes, a tolerance that is not positive, and more than 10^8
+/// corners.
+Tessellation tessellate(const Shape& shape, double tolerance);
+
 }  // namespace genus
