@@ -683,14 +683,18 @@ public:
         find_edges();
         place_edge_vertices();
         for (std::size_t k = 0; k < patches_.size(); ++k) add_patch(k);
-        if (result_.bound > options_.tolerance)
-            throw ToleranceNotMet(
-                "tessellate: tolerance " + to_text(options_.tolerance) + " is below rounding",
-                options_.tolerance, result_.bound, {});
+        if (result_.bound > options_.tolerance) below_rounding(result_.bound);
         return std::move(result_);
     }
 
 private:
+    [[noreturn]] void below_rounding(double reached) const
+    {
+        throw ToleranceNotMet(
+            "tessellate: tolerance " + to_text(options_.tolerance) + " is below rounding",
+            options_.tolerance, reached, {});
+    }
+
     void find_edges()
     {
         for (const Patch& patch : patches_) {
