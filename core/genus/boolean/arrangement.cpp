@@ -337,10 +337,10 @@ public:
 
     void register_events()
     {
-        out_.n_contacts = static_cast<std::int64_t>(meetings_.size());
         for (const Meeting& m : meetings_) {
             const Contact& c = m.contact;
             if (c.trivial() && joined_by_twins(m)) continue;
+            ++out_.n_contacts;
             out_.passive[m.f] = out_.passive[m.g] = 0;
             std::array<Index, 16> points;
             for (int i = 0; i < c.n_events; ++i) {

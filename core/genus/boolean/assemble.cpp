@@ -149,12 +149,27 @@ private:
             const std::size_t rim_begin = r;
             while (r < rim.size() && rim[r].item == members[begin].first) ++r;
             if (changed)
-                triangulate(rim.data() + rim_begin, rim.data() + r, kept);
+                triangulate(rim.data() + rim_begin, rim.data() + r,
+                            needed_corners(members, begin, end), kept);
             else
                 for (std::size_t m = begin; m < end; ++m) kept.push_back(faces_[members[m].second]);
             begin = end;
         }
         faces_ = std::move(kept);
+    }
+
+    // The needed corners of a region: those on its borders, and those inside where another part
+    // touches it.
+    std::vector<Index> needed_corners(const std::vector<std::pair<Index, Index>>& members,
+                                      std::size_t begin, std::size_t end) const
+    {
+        std::vector<Index> points;
+        for (std::size_t m = begin; m < end; ++m)
+            for (const Index p : faces_[members[m].second].corners)
+                if (corner_[p].needed) points.push_back(p);
+        std::sort(points.begin(), points.end());
+        points.erase(std::unique(points.begin(), points.end()), points.end());
+        return points;
     }
 
     struct Border {
@@ -182,7 +197,8 @@ private:
         return list;
     }
 
-    void triangulate(const Sheet* begin, const Sheet* end, std::vector<OutFace>& kept) const
+    void triangulate(const Sheet* begin, const Sheet* end, const std::vector<Index>& corners,
+                     std::vector<OutFace>& kept) const
     {
         current_progress().check();
         const std::vector<Border> rim = borders(begin, end);
@@ -204,11 +220,9 @@ private:
         mesh.start_with_rectangle(low, high);
         std::unordered_map<Index, int> local;
         std::vector<Index> global(4, -1);
-        for (const Border& border : rim) {
-            const auto [it, is_new] = local.try_emplace(border.from, 0);
-            if (!is_new) continue;
-            it->second = mesh.insert(cut_.points[border.from]);
-            global.push_back(border.from);
+        for (const Index p : corners) {
+            local[p] = mesh.insert(cut_.points[p]);
+            global.push_back(p);
         }
         for (const Border& border : rim)
             mesh.constrain(local.at(border.from), local.at(border.to), border.face);
@@ -253,12 +267,34 @@ private:
     std::vector<Sheet> sheets_;
 };
 
+// Passive faces that continue the plane of a face that was touched: they belong to its regions.
+std::vector<char> flat_surroundings(const Soup& soup, const Arrangement& arrangement)
+{
+    std::vector<char> marked(soup.faces.size(), 0);
+    std::vector<Index> queue;
+    const auto look_round = [&](Index f) {
+        for (int i = 0; i < 3; ++i) {
+            const Index h = soup.twin[3 * f + i];
+            if (h < 0 || !arrangement.passive[h / 3] || marked[h / 3]) continue;
+            if (!parallel_faces(soup, f, h / 3)) continue;
+            marked[h / 3] = 1;
+            queue.push_back(h / 3);
+        }
+    };
+    for (std::size_t f = 0; f < soup.faces.size(); ++f)
+        if (!arrangement.passive[f]) look_round(static_cast<Index>(f));
+    for (std::size_t i = 0; i < queue.size(); ++i) look_round(queue[i]);
+    return marked;
+}
+
 }  // namespace
 
 std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangement,
                                    const Selection& selection, bool merge_coplanar)
 {
     std::vector<OutFace> faces;
+    const std::vector<char> joining = merge_coplanar ? flat_surroundings(soup, arrangement)
+                                                     : std::vector<char>(soup.faces.size(), 0);
     const auto keep = [&](Triangle corners, Index plane, Index source, bool flipped, bool passive) {
         if (flipped) std::swap(corners[1], corners[2]);
         faces.push_back({corners, plane, source, flipped, passive});
@@ -267,7 +303,8 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
         if (selection.faces[f] == 0) continue;
         Triangle corners = soup.faces[f];
         for (Index& p : corners) p = arrangement.first_equal[p];
-        keep(corners, static_cast<Index>(f), static_cast<Index>(f), selection.faces[f] < 0, true);
+        keep(corners, static_cast<Index>(f), static_cast<Index>(f), selection.faces[f] < 0,
+             !joining[f]);
     }
     for (std::size_t c = 0; c < arrangement.cells.size(); ++c) {
         if (selection.cells[c] == 0) continue;

@@ -406,11 +406,17 @@ private:
         Vec3 place;
         for (int bits = 0; bits == 0 || frame.coarseness(bits) <= options_.most_snap;
              bits += kCoarserBits) {
+            const double largest_snap = result_.report.largest_snap;
             const Soup soup = make_soup(cluster_faces_[c], frame, bits);
+            const std::int64_t n_cells = result_.report.n_cells;
             const auto solved = solve(soup, frame, formula_, static_cast<Index>(meshes_.size()),
                                       options_, result_.report, place);
             if (!solved) continue;
             append(*solved, frame);
+            if (n_cells == result_.report.n_cells && bits == 0 && is_one_part(c)) {
+                restore(solved->faces.size());
+                result_.report.largest_snap = largest_snap;
+            }
             cluster_faces_[c] = {};
             return;
         }
@@ -418,6 +424,34 @@ private:
             "mesh_boolean: the result cannot be written in doubles without crossing itself "
             "near " +
             place_text(place));
+    }
+
+    bool is_one_part(Index c) const
+    {
+        const auto part = [&](const std::pair<Index, Index>& at) {
+            return std::pair(at.first, ready_[at.first].component[at.second]);
+        };
+        const auto& faces = cluster_faces_[c];
+        return std::all_of(faces.begin(), faces.end(),
+                           [&](const auto& at) { return part(at) == part(faces[0]); });
+    }
+
+    // Gives the last `n` faces, which nothing touched, the very coordinates of their source.
+    void restore(std::size_t n)
+    {
+        const auto& faces = result_.mesh.faces;
+        for (std::size_t f = faces.size() - n; f < faces.size(); ++f) {
+            const IndexedMesh& from = meshes_[result_.operand[f]];
+            const Triangle& t = from.faces[result_.source_face[f]];
+            const Vec3* p[3];
+            for (int i = 0; i < 3; ++i) p[i] = &from.vertices[t[i]];
+            // The face may have been turned over, its first corner stayed.
+            const auto off = [&](int i, int j) {
+                return distance(result_.mesh.vertices[faces[f][i]], *p[j]);
+            };
+            if (off(1, 1) + off(2, 2) > off(1, 2) + off(2, 1)) std::swap(p[1], p[2]);
+            for (int i = 0; i < 3; ++i) result_.mesh.vertices[faces[f][i]] = *p[i];
+        }
     }
 
     Soup make_soup(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame, int bits)

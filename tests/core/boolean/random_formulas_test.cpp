@@ -29,10 +29,18 @@ IndexedMesh random_solid(Dice& dice)
     IndexedMesh mesh;
     switch (dice.below(7)) {
         case 0:
-        case 1: mesh = cube(1.0 + dice.below(2), {{whole(), whole(), whole()}}); break;
-        case 2: mesh = prism(3 + dice.below(6), 1.0, dice.one_in(2) ? 1.0 : 0.5, -1.0, 1.0); break;
-        case 3: mesh = sphere(4, 6, 1.0); break;
-        case 4: mesh = torus(6, 4, 1.5, 0.5); break;
+        case 1:
+            mesh = cube(1.0 + dice.below(2), {{whole(), whole(), whole()}});
+            break;
+        case 2:
+            mesh = prism(3 + dice.below(6), 1.0, dice.one_in(2) ? 1.0 : 0.5, -1.0, 1.0);
+            break;
+        case 3:
+            mesh = sphere(4, 6, 1.0);
+            break;
+        case 4:
+            mesh = torus(6, 4, 1.5, 0.5);
+            break;
         case 5:
             while (!(std::abs(volume(mesh)) > 0.0)) {
                 const auto corner = [&] { return Vec3{{whole(), whole(), whole()}}; };
@@ -43,7 +51,8 @@ IndexedMesh random_solid(Dice& dice)
             mesh = joined(cube(2.0), moved(cube(1.0), {{whole() / 2, whole() / 2, whole()}}));
     }
     switch (dice.below(5)) {
-        case 0: break;
+        case 0:
+            break;
         case 1:  // nearly where it was
             mesh = turned(mesh, {{dice.unit(), dice.unit(), 1.0}},
                           std::pow(10.0, -1 - dice.below(16)));
@@ -56,7 +65,8 @@ IndexedMesh random_solid(Dice& dice)
             mesh = turned(mesh, {{0, 0, 1}}, 90.0 * dice.below(4));
             mesh = moved(mesh, {{whole() / 2, whole() / 2, whole() / 2}});
             break;
-        default: mesh = moved(mesh, {{dice.unit(), dice.unit(), dice.unit()}});
+        default:
+            mesh = moved(mesh, {{dice.unit(), dice.unit(), dice.unit()}});
     }
     if (dice.one_in(10)) mesh = inside_out(mesh);
     return mesh;
@@ -84,7 +94,6 @@ BooleanFormula random_formula(Dice& dice, int n_operands)
         }
     }
 }
-
 
 int rounds(int short_form)
 {
@@ -117,8 +126,7 @@ TEST(RandomFormulas, SoundAndAddingUp)
             for (const Vec3& p : mesh.vertices)
                 size = std::max(size, norm(p - solids[0].vertices[0]));
         // Rounding moves a corner by up to a unit in the last place of the largest coordinate.
-        const double tolerance =
-            200.0 * size * size * (size + std::sqrt(2.0) * offset) * 2.3e-16;
+        const double tolerance = 200.0 * size * size * (size + std::sqrt(2.0) * offset) * 2.3e-16;
         const BooleanFormula formula = random_formula(dice, n);
         // f and g, f or g, f less g, g less f for two formulas that share operands
         BooleanFormula whole = formula;

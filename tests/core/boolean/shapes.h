@@ -23,8 +23,8 @@ inline IndexedMesh box(const Vec3& low, const Vec3& high)
 {
     IndexedMesh mesh;
     for (int i = 0; i < 8; ++i)
-        mesh.vertices.push_back({{i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1],
-                                  i & 4 ? high[2] : low[2]}});
+        mesh.vertices.push_back(
+            {{i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]}});
     mesh.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
     return mesh;
