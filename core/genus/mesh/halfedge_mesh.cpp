@@ -135,10 +135,11 @@ bool HalfedgeMesh::add_boundary(const Sides& sides)
 // Every vertex has one fan: turning round it meets all halfedges that leave it.
 bool HalfedgeMesh::vertices_are_regular() const
 {
-    std::vector<std::int32_t> n_out(n_vertices(), 0);
-    for (std::size_t h = 0; h < n_halfedges(); ++h) ++n_out[from(Halfedge(h)).index];
+    std::vector<std::int32_t> n_out(vertex_slots(), 0);
+    for (std::size_t h = 0; h < halfedge_slots(); ++h)
+        if (is_alive(Halfedge(h))) ++n_out[from(Halfedge(h)).index];
     std::atomic<bool> good{true};
-    parallel_for(n_vertices(), 4096, [&](std::size_t begin, std::size_t end) {
+    parallel_for(vertex_slots(), 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             std::int32_t count = 0;
             for ([[maybe_unused]] const Halfedge h : outgoing(Vertex(v)))
@@ -186,9 +187,9 @@ std::int32_t HalfedgeMesh::degree(Face f) const
 std::vector<Halfedge> HalfedgeMesh::boundary_loops() const
 {
     std::vector<Halfedge> loops;
-    std::vector<std::uint8_t> seen(n_halfedges(), 0);
-    for (std::size_t i = 0; i < n_halfedges(); ++i) {
-        if (seen[i] || !is_boundary(Halfedge(i))) continue;
+    std::vector<std::uint8_t> seen(halfedge_slots(), 0);
+    for (std::size_t i = 0; i < halfedge_slots(); ++i) {
+        if (seen[i] || !is_alive(Halfedge(i)) || !is_boundary(Halfedge(i))) continue;
         loops.push_back(Halfedge(i));
         for (const Halfedge h : around(Halfedge(i))) seen[h.index] = 1;
     }
@@ -198,7 +199,7 @@ std::vector<Halfedge> HalfedgeMesh::boundary_loops() const
 std::size_t HalfedgeMesh::memory_bytes(std::size_t bytes_per_coordinate) const
 {
     constexpr std::size_t kLink = sizeof(std::int32_t);
-    return 3 * bytes_per_coordinate * n_vertices() + kLink * vertex_halfedge_.size() +
+    return 3 * bytes_per_coordinate * vertex_slots() + kLink * vertex_halfedge_.size() +
            kLink * (opposite_.size() + next_.size() + to_.size() + face_.size()) +
            kLink * face_halfedge_.size();
 }
@@ -206,11 +207,17 @@ std::size_t HalfedgeMesh::memory_bytes(std::size_t bytes_per_coordinate) const
 PolygonMesh HalfedgeMesh::to_polygons() const
 {
     PolygonMesh mesh;
-    mesh.vertices = points_;
+    std::vector<std::int32_t> number(vertex_slots(), -1);
+    for (std::size_t v = 0; v < vertex_slots(); ++v) {
+        if (!is_alive(Vertex(v))) continue;
+        number[v] = static_cast<std::int32_t>(mesh.n_vertices());
+        mesh.vertices.push_back(points_[v]);
+    }
     std::vector<std::int32_t> corners;
-    for (std::size_t f = 0; f < n_faces(); ++f) {
+    for (std::size_t f = 0; f < face_slots(); ++f) {
+        if (!is_alive(Face(f))) continue;
         corners.clear();
-        for (const Halfedge h : around(Face(f))) corners.push_back(from(h).index);
+        for (const Halfedge h : around(Face(f))) corners.push_back(number[from(h).index]);
         mesh.add_face(corners);
     }
     return mesh;
@@ -222,32 +229,41 @@ void HalfedgeMesh::check() const
         throw InvalidInput(std::string("halfedges: ") + what + " " + std::to_string(i) +
                            " is linked wrongly");
     };
-    const auto n = static_cast<std::int32_t>(n_halfedges());
-    const auto in_range = [](std::int32_t i, std::size_t end) {
-        return i >= 0 && static_cast<std::size_t>(i) < end;
+    const auto n = static_cast<std::int32_t>(halfedge_slots());
+    const auto is_vertex = [&](std::int32_t i) {
+        return i >= 0 && i < static_cast<std::int32_t>(vertex_slots()) && is_alive(Vertex(i));
     };
-    std::vector<std::uint8_t> entered(n_halfedges(), 0);
+    const auto is_halfedge = [&](std::int32_t i) {
+        return i >= 0 && i < n && is_alive(Halfedge(i));
+    };
+    const auto is_face = [&](std::int32_t i) {
+        return i >= 0 && i < static_cast<std::int32_t>(face_slots()) && is_alive(Face(i));
+    };
+    std::vector<std::uint8_t> entered(halfedge_slots(), 0);
     for (std::int32_t h = 0; h < n; ++h) {
+        if (!is_alive(Halfedge(h))) continue;
         const std::int32_t o = opposite_[h], x = next_[h];
-        const bool whole = in_range(o, n_halfedges()) && o != h && opposite_[o] == h &&
-                           in_range(x, n_halfedges()) && in_range(to_[h], n_vertices()) &&
-                           face_[x] == face_[h] && to_[opposite_[x]] == to_[h] &&
-                           to_[o] != to_[h] && !entered[x] &&
-                           (face_[h] < 0 || in_range(face_[h], n_faces()));
+        const bool whole = is_halfedge(o) && o != h && opposite_[o] == h && is_halfedge(x) &&
+                           is_vertex(to_[h]) && face_[x] == face_[h] && is_halfedge(opposite_[x]) &&
+                           to_[opposite_[x]] == to_[h] && to_[o] != to_[h] && !entered[x] &&
+                           (face_[h] == -1 || is_face(face_[h]));
         if (!whole) fail("halfedge", h);
         entered[x] = 1;
     }
-    for (std::size_t f = 0; f < n_faces(); ++f)
-        if (!in_range(face_halfedge_[f], n_halfedges()) ||
+    for (std::size_t f = 0; f < face_slots(); ++f) {
+        if (!is_alive(Face(f))) continue;
+        if (!is_halfedge(face_halfedge_[f]) ||
             face_[face_halfedge_[f]] != static_cast<std::int32_t>(f))
             fail("face", f);
-    for (std::size_t v = 0; v < n_vertices(); ++v) {
+    }
+    for (std::size_t v = 0; v < vertex_slots(); ++v) {
         const std::int32_t h = vertex_halfedge_[v];
-        if (h >= 0 && (h >= n || from(Halfedge(h)) != Vertex(v))) fail("vertex", v);
+        if (h == kDead || h == -1) continue;
+        if (!is_halfedge(h) || from(Halfedge(h)) != Vertex(v)) fail("vertex", v);
         for (const Halfedge out : outgoing(Vertex(v)))
             if (is_boundary(out) && out.index != h) fail("boundary vertex", v);
     }
-    if (!vertices_are_regular()) fail("some vertex, of those numbered below", n_vertices());
+    if (!vertices_are_regular()) fail("some vertex, of those numbered below", vertex_slots());
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -16,7 +17,11 @@ namespace genus {
 template <class Mesh, Halfedge (Mesh::*Step)(Halfedge) const>
 class HalfedgeCirculation {
 public:
-    HalfedgeCirculation(const Mesh& mesh, Halfedge first) : mesh_(&mesh), first_(first) {}
+    /// Empty if `first` is none.
+    HalfedgeCirculation(const Mesh& mesh, Halfedge first)
+        : mesh_(&mesh), first_(first.valid() ? first : Halfedge())
+    {
+    }
 
     class Iterator {
     public:
@@ -62,10 +67,19 @@ public:
     explicit HalfedgeMesh(const PolygonMesh& mesh);
     explicit HalfedgeMesh(const IndexedMesh& mesh);
 
-    std::size_t n_vertices() const { return points_.size(); }
-    std::size_t n_halfedges() const { return to_.size(); }
-    std::size_t n_edges() const { return to_.size() / 2; }
-    std::size_t n_faces() const { return face_halfedge_.size(); }
+    std::size_t n_vertices() const { return points_.size() - dead_vertices_; }
+    std::size_t n_halfedges() const { return to_.size() - 2 * dead_edges_; }
+    std::size_t n_edges() const { return to_.size() / 2 - dead_edges_; }
+    std::size_t n_faces() const { return face_halfedge_.size() - dead_faces_; }
+
+    /// Numbers run up to these. Operators that remove elements leave dead numbers behind until
+    /// `compact` is called; before any of them all numbers are alive.
+    std::size_t vertex_slots() const { return points_.size(); }
+    std::size_t halfedge_slots() const { return to_.size(); }
+    std::size_t face_slots() const { return face_halfedge_.size(); }
+    bool is_alive(Vertex v) const { return vertex_halfedge_[v.index] != kDead; }
+    bool is_alive(Halfedge h) const { return to_[h.index] != kDead; }
+    bool is_alive(Face f) const { return face_halfedge_[f.index] != kDead; }
 
     Vec3& point(Vertex v) { return points_[v.index]; }
     const Vec3& point(Vertex v) const { return points_[v.index]; }
@@ -124,9 +138,39 @@ public:
     const PropertySet<Halfedge>& halfedge_properties() const { return halfedge_properties_; }
     const PropertySet<Face>& face_properties() const { return face_properties_; }
 
+    // Euler operators; see euler_operators.cpp. Each keeps V - E + F, the boundary loops and the
+    // genus, leaves no vertex twice in a face and no two edges between the same vertices, and
+    // throws InvalidInput where it could not, with the mesh as it was. New elements get new numbers
+    // at the end; properties of new elements have their default values.
+
+    /// Joins a new vertex to all corners of f: a face of degree d becomes d triangles, of which one
+    /// keeps its number. O(d).
+    Vertex split_face(Face f, const Vec3& point);
+    /// Cuts a face by a new edge from the start of a to the start of b ("mef"). The new halfedge
+    /// from a's start is returned; the part on its right gets a new number. O(degree + valence).
+    Halfedge split_face(Halfedge a, Halfedge b);
+    bool can_split_face(Halfedge a, Halfedge b) const;
+    /// Removes the edge between two faces; that of h stays ("kef"). O(degree).
+    void join_faces(Halfedge h);
+    bool can_join_faces(Halfedge h) const;
+    /// Puts a new vertex on the edge of h, which then leads to it; triangles beside are cut in two.
+    /// O(valence).
+    Vertex split_edge(Halfedge h, const Vec3& point);
+    /// Turns the edge between two triangles to join their other corners. O(valence).
+    void flip_edge(Halfedge h);
+    bool can_flip_edge(Halfedge h) const;
+    /// Draws the start of h into its end; triangles beside vanish. Allowed by the link condition:
+    /// the ends have no common neighbours but the third corners of those triangles. O(valence).
+    void collapse_edge(Halfedge h);
+    bool can_collapse_edge(Halfedge h) const;
+
+    /// Gives the elements that are alive the numbers 0, 1, 2, ... in their order.
+    void compact();
+
     /// Bytes held for points and connectivity, at so many bytes a coordinate.
     std::size_t memory_bytes(std::size_t bytes_per_coordinate = sizeof(double)) const;
 
+    /// The vertices and faces that are alive, in their order.
     PolygonMesh to_polygons() const;
 
     /// Throws InvalidInput naming the first element whose links contradict each other.
@@ -140,10 +184,24 @@ private:
     bool add_boundary(const Sides& sides);
     bool vertices_are_regular() const;
 
+    static constexpr std::int32_t kDead = -2;
+
+    Vertex add_vertex(const Vec3& point);
+    Halfedge add_edge(Vertex from, Vertex to);
+    Face add_face();
+    void link(Halfedge h, Halfedge next) { next_[h.index] = next.index; }
+    void set_loop(std::initializer_list<Halfedge> loop, Face f);
+    void set_face(Halfedge h, Face f) { face_[h.index] = f.index; }
+    void remove_edge(Halfedge h);
+    void remove_face(Face f);
+    void close_digon(Halfedge h);
+    bool is_triangle(Halfedge h) const { return !is_boundary(h) && next(next(next(h))) == h; }
+
     std::vector<Vec3> points_;
     std::vector<std::int32_t> vertex_halfedge_;
     std::vector<std::int32_t> opposite_, next_, to_, face_;  // by halfedge
     std::vector<std::int32_t> face_halfedge_;
+    std::size_t dead_vertices_ = 0, dead_edges_ = 0, dead_faces_ = 0;
     PropertySet<Vertex> vertex_properties_;
     PropertySet<Halfedge> halfedge_properties_;
     PropertySet<Face> face_properties_;

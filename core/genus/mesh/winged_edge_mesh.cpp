@@ -1,5 +1,6 @@
 #include "genus/mesh/winged_edge_mesh.h"
 
+#include "genus/base/error.h"
 #include "genus/mesh/halfedge_mesh.h"
 
 namespace genus {
@@ -9,6 +10,9 @@ WingedEdgeMesh::WingedEdgeMesh(const PolygonMesh& mesh) : WingedEdgeMesh(Halfedg
 // Edges are numbered by the first of their two halfedges.
 WingedEdgeMesh::WingedEdgeMesh(const HalfedgeMesh& mesh)
 {
+    require(mesh.vertex_slots() == mesh.n_vertices() && mesh.face_slots() == mesh.n_faces() &&
+                mesh.halfedge_slots() == mesh.n_halfedges(),
+            "WingedEdgeMesh: the halfedge mesh has dead elements, compact it first");
     std::vector<std::int32_t> edge_of(mesh.n_halfedges());
     std::int32_t n = 0;
     for (std::size_t i = 0; i < edge_of.size(); ++i) {

@@ -26,6 +26,7 @@ public:
     };
 
     WingedEdgeMesh() = default;
+    /// Throws InvalidInput if the mesh has dead elements.
     explicit WingedEdgeMesh(const HalfedgeMesh& mesh);
     /// Throws InvalidInput as HalfedgeMesh does.
     explicit WingedEdgeMesh(const PolygonMesh& mesh);
