@@ -16,8 +16,9 @@ struct KnownFormat {
 };
 
 constexpr KnownFormat kFormats[] = {
-    {MeshFormat::stl, "stl"}, {MeshFormat::obj, "obj"}, {MeshFormat::off, "off"},
-    {MeshFormat::ply, "ply"}, {MeshFormat::glb, "glb"}, {MeshFormat::gltf, "gltf"},
+    {MeshFormat::stl, "stl"},      {MeshFormat::obj, "obj"}, {MeshFormat::off, "off"},
+    {MeshFormat::ply, "ply"},      {MeshFormat::glb, "glb"}, {MeshFormat::gltf, "gltf"},
+    {MeshFormat::three_mf, "3mf"}, {MeshFormat::amf, "amf"},
 };
 
 // [ST][C][N][4][n]OFF, the first word of an OFF file.
@@ -60,6 +61,9 @@ std::optional<MeshFormat> format_of_content(std::span<const std::byte> content)
     if (io::looks_like_ascii_stl(text)) return MeshFormat::stl;
     if (word.starts_with("{") && text.find("\"asset\"") != std::string_view::npos)
         return MeshFormat::gltf;
+    constexpr std::size_t start = 4096;
+    if (word.starts_with("<") && text.substr(0, start).find("<amf") != std::string_view::npos)
+        return MeshFormat::amf;
     return std::nullopt;
 }
 

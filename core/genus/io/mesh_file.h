@@ -13,9 +13,9 @@
 namespace genus {
 
 /// The mesh formats this library reads and writes.
-enum class MeshFormat { stl, obj, off, ply, glb, gltf };
+enum class MeshFormat { stl, obj, off, ply, glb, gltf, three_mf, amf };
 
-/// "stl", "obj", ...
+/// "stl", "obj", ...; the extension of its files.
 const char* format_name(MeshFormat format);
 
 /// The format that the extension of `path` stands for, in either case; nothing where it is none

@@ -12,6 +12,7 @@
 #include "genus/io/raw_mesh.h"
 #include "genus/io/stl.h"
 #include "genus/io/text.h"
+#include "genus/io/xml_formats.h"
 
 namespace genus {
 
@@ -22,9 +23,14 @@ MeshFormat choose_format(std::span<const std::byte> content, const std::string& 
 {
     if (options.format) return *options.format;
     if (const auto format = format_of_content(content)) return *format;
-    if (const auto format = format_of_extension(name)) return *format;
+    const auto of_extension = format_of_extension(name);
+    // Two formats are packed the same way; only one is so as a rule.
+    if (io::is_zip(content))
+        return of_extension == MeshFormat::amf ? MeshFormat::amf : MeshFormat::three_mf;
+    if (of_extension) return *of_extension;
     if (io::looks_like_obj(io::as_text(content))) return MeshFormat::obj;
-    throw FileError(name, "is in no mesh format known here (stl, obj, off, ply, glb, gltf)");
+    throw FileError(name,
+                    "is in no mesh format known here (stl, obj, off, ply, glb, gltf, 3mf, amf)");
 }
 
 // `folder` is where the file lies, nothing where it is not a file.
@@ -44,6 +50,10 @@ io::RawMesh read_raw(std::span<const std::byte> content, const std::string& name
         case MeshFormat::glb:
         case MeshFormat::gltf:
             return io::read_gltf(content, name, folder);
+        case MeshFormat::three_mf:
+            return io::read_3mf(content, name);
+        case MeshFormat::amf:
+            return io::read_amf(content, name);
     }
     throw InvalidInput("read_mesh: options.format is not a MeshFormat");
 }

@@ -15,7 +15,8 @@ struct ReadOptions {
     std::optional<MeshFormat> format;
 };
 
-/// Reads an STL (binary, ASCII), OBJ, OFF, PLY (ASCII, binary) or glTF (text, binary) file.
+/// Reads an STL (binary, ASCII), OBJ, OFF, PLY (ASCII, binary), glTF (text, binary), 3MF or AMF
+/// file. The last two need zlib and expat; where genus was built without them, a FileError says so.
 ///
 /// Positions come as they stand in the file, in its units, rounded to the nearest double. The
 /// corners of an STL file become shared vertices where their three coordinates are equal (-0

@@ -10,6 +10,7 @@
 #include "genus/io/output_file.h"
 #include "genus/io/ply.h"
 #include "genus/io/stl.h"
+#include "genus/io/xml_formats.h"
 
 namespace genus {
 
@@ -22,7 +23,8 @@ MeshFormat choose_format(const std::string& path, const WriteOptions& options)
     if (options.format) return *options.format;
     if (const auto format = format_of_extension(path)) return *format;
     throw FileError(
-        path, "its extension names no mesh format known here (stl, obj, off, ply, glb, gltf)");
+        path,
+        "its extension names no mesh format known here (stl, obj, off, ply, glb, gltf, 3mf, amf)");
 }
 
 void check_positions(const std::vector<Vec3>& vertices)
@@ -74,6 +76,16 @@ void check(const MeshFile& file)
             "write_mesh_file: face_colors must be empty or have one colour per face");
 }
 
+void write_scene(io::Output& output, const MeshFile& file, MeshFormat format)
+{
+    if (format == MeshFormat::three_mf)
+        io::write_3mf(output, file);
+    else if (format == MeshFormat::amf)
+        io::write_amf(output, file);
+    else
+        io::write_gltf(output, file, format == MeshFormat::glb);
+}
+
 void write_to(io::Output& output, const IndexedMesh& mesh, MeshFormat format, bool ascii)
 {
     check(mesh);
@@ -88,7 +100,9 @@ void write_to(io::Output& output, const IndexedMesh& mesh, MeshFormat format, bo
             return io::write_ply(output, mesh, ascii);
         case MeshFormat::glb:
         case MeshFormat::gltf:
-            return io::write_gltf(output, {to_polygons(mesh), {}, {}}, format == MeshFormat::glb);
+        case MeshFormat::three_mf:
+        case MeshFormat::amf:
+            return write_scene(output, {to_polygons(mesh), {}, {}}, format);
     }
     throw InvalidInput("write_mesh: options.format is not a MeshFormat");
 }
@@ -107,7 +121,9 @@ void write_to(io::Output& output, const MeshFile& file, MeshFormat format, bool 
             return io::write_ply(output, file, ascii);
         case MeshFormat::glb:
         case MeshFormat::gltf:
-            return io::write_gltf(output, file, format == MeshFormat::glb);
+        case MeshFormat::three_mf:
+        case MeshFormat::amf:
+            return write_scene(output, file, format);
     }
     throw InvalidInput("write_mesh: options.format is not a MeshFormat");
 }

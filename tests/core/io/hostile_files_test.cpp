@@ -65,6 +65,10 @@ std::vector<Seed> seeds()
     }
     for (const MeshFormat format : {MeshFormat::glb, MeshFormat::gltf})
         list.push_back({std::string("cube.") + format_name(format), mesh_bytes(cube, format)});
+#ifdef GENUS_XML_FORMATS
+    for (const MeshFormat format : {MeshFormat::three_mf, MeshFormat::amf})
+        list.push_back({std::string("cube.") + format_name(format), mesh_bytes(cube, format)});
+#endif
     list.push_back({"forms.obj", bytes_of("# c\nv 0 0 0 1\nv 1 0 \\\n 0\nv 0 1 0 .1 .2 .3\nvt 0 0\n"
                                           "vn 0 0 1\no a\ng b\ns 1\nusemtl m\nl 1 2\n"
                                           "f 1/1 2/1 3/1\nf -3//-1 -2//-1 -1//-1\n"
@@ -117,8 +121,9 @@ TEST(HostileFiles, SpoiledAgainAndAgainIsAMeshOrAnError)
 TEST(HostileFiles, ReadAsAnyFormatIsAMeshOrAnError)
 {
     for (const Seed& seed : seeds()) {
-        for (const MeshFormat format : {MeshFormat::stl, MeshFormat::obj, MeshFormat::off,
-                                        MeshFormat::ply, MeshFormat::glb}) {
+        for (const MeshFormat format :
+             {MeshFormat::stl, MeshFormat::obj, MeshFormat::off, MeshFormat::ply, MeshFormat::glb,
+              MeshFormat::three_mf, MeshFormat::amf}) {
             ASSERT_NE(outcome_of(seed.file, seed.name, {format}), Outcome::broken);
             for (std::uint64_t i = 0; i < rounds() / 8; ++i)
                 ASSERT_NE(outcome_of(Spoiler(i).spoil(seed.file), seed.name, {format}),

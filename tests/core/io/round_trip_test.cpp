@@ -18,20 +18,26 @@ struct Form {
     bool keeps_shared_vertices() const { return format != MeshFormat::stl; }
     bool is_gltf() const { return format == MeshFormat::glb || format == MeshFormat::gltf; }
     bool keeps_doubles() const { return !is_gltf() && (format != MeshFormat::stl || ascii); }
-    bool keeps_polygons() const { return !is_gltf() && format != MeshFormat::stl; }
+    bool is_xml() const { return format == MeshFormat::three_mf || format == MeshFormat::amf; }
+    bool keeps_polygons() const { return !is_gltf() && !is_xml() && format != MeshFormat::stl; }
     std::string name() const { return std::string("<mesh>.") + format_name(format); }
 };
 
-constexpr Form kForms[] = {{MeshFormat::stl, false}, {MeshFormat::stl, true},
-                           {MeshFormat::obj, false}, {MeshFormat::off, false},
-                           {MeshFormat::ply, false}, {MeshFormat::ply, true},
-                           {MeshFormat::glb, false}, {MeshFormat::gltf, false}};
+constexpr Form kForms[] = {
+    {MeshFormat::stl, false},      {MeshFormat::stl, true},   {MeshFormat::obj, false},
+    {MeshFormat::off, false},      {MeshFormat::ply, false},  {MeshFormat::ply, true},
+    {MeshFormat::glb, false},      {MeshFormat::gltf, false},
+#ifdef GENUS_XML_FORMATS
+    {MeshFormat::three_mf, false}, {MeshFormat::amf, false},
+#endif
+};
 
 class RoundTrip : public testing::TestWithParam<Form> {};
 
 std::string form_name(const testing::TestParamInfo<Form>& tested)
 {
-    return std::string(format_name(tested.param.format)) + (tested.param.ascii ? "_ascii" : "");
+    return std::string("as_") + format_name(tested.param.format) +
+           (tested.param.ascii ? "_ascii" : "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Forms, RoundTrip, testing::ValuesIn(kForms), form_name);
@@ -134,8 +140,9 @@ TEST_P(RoundTrip, KeepsColorsWhereTheFormatHasThem)
         for (Rgba& color : file.vertex_colors) color.a = 255;
         file.face_colors.clear();
     }
-    if (GetParam().is_gltf()) {
-        file.unit = 1000.0;
+    if (GetParam().format == MeshFormat::three_mf) file.vertex_colors.clear();
+    if (GetParam().is_gltf() || GetParam().is_xml()) {
+        file.unit = GetParam().is_gltf() ? 1000.0 : 1.0;
         file.face_colors = triangle_colors(file);
         file.mesh = to_polygons(to_triangles(file.mesh));
     }
