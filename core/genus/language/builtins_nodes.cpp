@@ -558,7 +558,8 @@ ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
                        {"center", is_true(a["center"])},
                        {"convexity", std::trunc(convexity)}};
     const Facets f = facets(e);
-    const double twist = number(a["twist"]).value_or(0.0);
+    double twist = number(a["twist"]).value_or(0.0);
+    if (!std::isfinite(twist)) twist = 0.0;
     if (twist != 0.0) node.parameters.emplace_back("twist", twist);
     const double slices = std::trunc(number(a["slices"]).value_or(0.0));
     if (slices > 0) node.parameters.emplace_back("slices", slices);

@@ -13,6 +13,7 @@ namespace language {
 
 namespace {
 
+constexpr std::size_t kMaxRepeats = 5;  // of one warning in a row
 constexpr std::size_t kMaxMessages = 100'000;
 constexpr std::size_t kMaxBytes = 256u << 20;
 
@@ -36,7 +37,11 @@ void Diagnostics::echo(const Place& place, const std::string& text)
 
 void Diagnostics::warn(const Place& place, const std::string& text)
 {
-    add(Message::Kind::Warning, place, "WARNING: " + text + located(place));
+    std::string line = "WARNING: " + text + located(place);
+    repeats_ = line == last_warning_ ? repeats_ + 1 : 0;
+    if (repeats_ >= kMaxRepeats) return;
+    last_warning_ = line;
+    add(Message::Kind::Warning, place, std::move(line));
 }
 
 void Diagnostics::warn_with_hint(const Place& place, const std::string& text,

@@ -56,7 +56,7 @@ public:
     explicit Diagnostics(const Sources& sources) : sources_(sources) {}
 
     void echo(const Place& place, const std::string& text);
-    /// "WARNING: `text` in file F, line L".
+    /// "WARNING: `text` in file F, line L"; the same again and again only five times.
     void warn(const Place& place, const std::string& text);
     /// A warning with a second line of advice.
     void warn_with_hint(const Place& place, const std::string& text, const std::string& hint);
@@ -74,6 +74,8 @@ private:
     const Sources& sources_;
     std::vector<Message> messages_;
     std::unordered_set<std::string> said_;
+    std::string last_warning_;
+    std::size_t repeats_ = 0;
     std::size_t bytes_ = 0;
 };
 

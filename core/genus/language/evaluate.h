@@ -131,6 +131,7 @@ private:
     void assignments(const Block& block, Frame* f);
     void block(const Block& block, Frame* f, Nodes& out);
     void instantiate(const Statement& s, Frame* f, Nodes& out);
+    void dispatch(const Statement& s, Frame* f, Nodes& out);
     void user_module(const Statement& s, Frame* f, Nodes& out);
     void builtin_module(const Statement& s, Frame* f, Nodes& out);
     void if_statement(const Statement& s, Frame* f, Nodes& out);
@@ -160,6 +161,7 @@ private:
     FrameHold root_frame_;
     std::uint32_t steps_ = 0;  // to look for a wish to cancel now and then
     std::size_t n_nodes_ = 0;
+    std::size_t depth_ = 0;              // of the statement being run
     const Place* call_place_ = nullptr;  // of the last call, should the stack run out
     std::string call_name_;
     std::uint32_t parent_modules_special_;

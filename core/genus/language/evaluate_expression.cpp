@@ -13,7 +13,6 @@ namespace {
 constexpr std::size_t kMaxTailCalls = 1'000'000;
 constexpr std::size_t kMaxLoopTurns = 1'000'000;
 constexpr std::uint32_t kMaxForElements = 1'000'000;
-constexpr std::size_t kMaxStack = 100'000'000;  // items of lists being built
 
 // An index as the language takes it: cut to a whole number; negative and endless ones are none.
 std::optional<std::uint32_t> whole_index(double n)
@@ -217,9 +216,10 @@ Value Evaluator::range(const RangeExpr& r, Frame* f)
         std::swap(b, e);
     }
     const double s = step.as_number();
-    if (s > 0 && b > e)
+    const bool finite = std::isfinite(b) && std::isfinite(s) && std::isfinite(e);
+    if (finite && s > 0 && b > e)
         diagnostics_.warn(r.place, "begin is greater than the end, but step is positive");
-    if (s < 0 && b < e)
+    if (finite && s < 0 && b < e)
         diagnostics_.warn(r.place, "begin is smaller than the end, but step is negative");
     return Value::range(b, s, e);
 }
@@ -227,7 +227,10 @@ Value Evaluator::range(const RangeExpr& r, Frame* f)
 void Evaluator::push(Value v)
 {
     if (stack_.size() == stack_.capacity()) {
-        if (stack_.size() > kMaxStack) throw OutOfValueMemory();
+        // What the doubled stack takes must fit beside the values there are.
+        const std::size_t bytes = 2 * stack_.capacity() * sizeof(Value);
+        charge_value_memory(bytes);
+        release_value_memory(bytes);
         current_progress().check();
     }
     stack_.push_back(std::move(v));

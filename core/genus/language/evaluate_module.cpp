@@ -11,6 +11,7 @@ namespace genus::language {
 namespace {
 
 constexpr std::size_t kMaxModuleDepth = 5'000;
+constexpr std::size_t kMaxDepth = 20'000;  // of the tree
 constexpr std::size_t kMaxNodes = 3'000'000;
 constexpr std::uint32_t kMaxForElements = 1'000'000;
 constexpr std::uint32_t kMaxChildren = 10'000;
@@ -141,11 +142,18 @@ void Evaluator::block(const Block& block, Frame* f, Nodes& out)
 
 void Evaluator::instantiate(const Statement& s, Frame* f, Nodes& out)
 {
-    using TargetKind = Target<ModuleDefinition>::Kind;
     check_stack();
     if ((++steps_ & 0xff) == 0) current_progress().check();
     if (++n_nodes_ > kMaxNodes) fail(s.place, "the model has more than 3 million nodes");
     call_place_ = &s.place;
+    if (++depth_ > kMaxDepth) fail(s.place, "nested too deeply");
+    dispatch(s, f, out);
+    --depth_;
+}
+
+void Evaluator::dispatch(const Statement& s, Frame* f, Nodes& out)
+{
+    using TargetKind = Target<ModuleDefinition>::Kind;
     if (s.is_if) {
         if_statement(s, f, out);
         return;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -555,11 +556,17 @@ Style style_of(const ModelNode& node, const std::string& parameter)
     return points || node.name == "multmatrix" ? Style::Echo : Style::Plain;
 }
 
+// Bounded, lest the text of a very deep tree grow with the square of its depth.
+void indent(std::string& out, std::size_t depth)
+{
+    out.append(std::min<std::size_t>(depth, 1000), '\t');
+}
+
 void append_head(std::string& out, const ModelNode& node, std::size_t depth)
 {
     if (node.background) out += '%';
     if (node.highlight) out += '#';
-    out.append(depth, '\t');
+    indent(out, depth);
     out += node.name + "(";
     // The lists of resize are written without spaces.
     const char* list_separator = node.name == "resize" ? "," : ", ";
@@ -632,7 +639,7 @@ std::string to_csg(const ModelNode& tree)
                 continue;
             }
             open.pop_back();
-            out.append(open.size(), '\t');
+            indent(out, open.size());
             out += "}\n";
         }
     };

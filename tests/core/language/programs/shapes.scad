@@ -1,0 +1,16 @@
+$fn=7; $fa=5; $fs=0.5;
+linear_extrude(5,slices=3) square(); linear_extrude(5,slices=0) square(); linear_extrude(height=5,twist=0,slices=3) square(); linear_extrude(height=5,twist=30) square(); linear_extrude(height=5,twist=30,slices=0) square(); linear_extrude(height=-5,center=true,convexity=10) square(); linear_extrude(height=5,scale=0) square(); linear_extrude(height=5,scale=[1,-2]) square(); linear_extrude() square(); linear_extrude(height=5, $fn=20) circle(2);
+linear_extrude(height=5,scale=[0.5,2,3]) square(); linear_extrude(3,center=true) square();
+rotate_extrude() square(); rotate_extrude(angle=400) square(); rotate_extrude(angle=-90, convexity=5,$fn=9) square(); rotate_extrude(angle=0) square();
+sphere(); sphere(-1); sphere("a"); sphere(r=2,d=3); sphere(0); cube("a"); cube([1,2]); cube([1,"b",2]); cube(center=1); cube(1, true); cube(-1); cube();
+cylinder(); cylinder(h=3,r=2); cylinder(3,2); cylinder(3,2,1,true); cylinder(h=3,d=4); cylinder(h=3,d1=1,d2=2); cylinder(h=1,r=1,r1=2); cylinder(h=1,d=1,d1=5); cylinder(r1=1,r2=2,h=2,center=true); cylinder(h=-1); cylinder(h=1,r=-1); cylinder(h="a");
+circle(); circle(d=3); circle(r=2); square(); square(3); square([1,2]); square([1,2],true); square([1,2,3]); 
+polygon(); polygon([[0,0],[1,0],[1,1]],convexity=3); polyhedron();
+offset(); offset(3) square(1); offset(delta=2) square(1); offset(r=-1) square(4); offset(delta=-1,chamfer=true) square(4); offset(r=1,delta=3) square(1); offset(2,chamfer=true) square();
+projection() cube(); projection(cut=false) cube(); render() cube(); hull() {} minkowski(convexity=4) { cube(); } resize([0,0,3]) cube(); resize([1,2],auto=[true,false,true],convexity=3) cube();
+color("Red") cube(); color([0.1,0.2]) cube(); color([1,2,3]) cube(); color("#12345678") cube(); color("#1234") cube(); color(alpha=0.5) cube(); color("red",2) cube(); color(5) cube();color("transparent") cube(); color("#12") cube(); color([1,1,1,1,1]) cube();
+translate() cube(); translate([1]) cube(); translate([1,2]) cube(); translate("x") cube(); translate([1,2,3,4]) cube(); translate(v=[1,2,3]) cube(); translate([1,"a",3]) cube();
+scale() cube(); scale([1]) cube(); scale([2,3]) cube(); scale(0) cube(); scale("a") cube(); scale([1,2,3,4]) cube(); scale(v=3) cube();
+mirror() cube(); mirror([1,1,0]) cube(); mirror([0,0,0]) cube(); mirror(1) cube(); mirror([1,0]) cube(); mirror([1,2,3]) cube(); mirror("x") cube();
+multmatrix() cube(); multmatrix([[1,2],[3]]) cube(); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]) cube(); multmatrix("a") cube(); multmatrix([[1,"a",0,0],[0,1,0,0],[0,0,1,0]]) cube(); multmatrix([[0.5,0,0,1e-9],[0,1/3,0,123456789],[0,0,1,0]]) cube();
+rotate() cube(); rotate([90]) cube(); rotate([90,0]) cube(); rotate([1,2,3,4]) cube(); rotate("a") cube(); rotate(a=[0,0,90],v=[1,0,0]) cube(); rotate(90,[0,0,0]) cube(); rotate(a=45,v=[1,1]) cube(); rotate(v=[1,0,0]) cube(); rotate(45,"z") cube(); rotate(1/0) cube(); rotate([90,180,270]) cube(); rotate(120,[1,1,1]) cube(); rotate(30,[1,0,0]) cube();
