@@ -152,7 +152,7 @@ struct RayHits {
     std::vector<Vec3> normals;
     std::vector<std::uint8_t> entering;
 
-    void add(std::size_t number, const RayHit& hit)
+    void add(std::size_t number, const SolidHit& hit)
     {
         ray.push_back(static_cast<std::int64_t>(number));
         t.push_back(hit.t);
@@ -173,7 +173,7 @@ RayHits cast_rays(const Solid& solid, const ArrayLike& origins, const ArrayLike&
         const auto hits = ray_cast(CsgField(solid), rows(from), rows(along));
         RayHits all;
         for (std::size_t i = 0; i < hits.size(); ++i)
-            for (const RayHit& hit : hits[i]) all.add(i, hit);
+            for (const SolidHit& hit : hits[i]) all.add(i, hit);
         return all;
     });
 }

@@ -51,8 +51,8 @@ bool same_place(const Vec3& origin, const Vec3& direction, double t, double u)
 /// The surface of the crossing that decides: of those that cross at roots [begin, end) the one
 /// whose gradient, as it enters the function, has the sign the crossing asks for and which gives
 /// the value next to the crossing.
-RayHit make_hit(const CsgField& field, const Vec3& origin, const Vec3& direction,
-                std::span<const Root> roots, bool entering)
+SolidHit make_hit(const CsgField& field, const Vec3& origin, const Vec3& direction,
+                  std::span<const Root> roots, bool entering)
 {
     const double t = roots.front().t;
     const Vec3 p = origin + t * direction;
@@ -91,13 +91,13 @@ std::vector<Vec3> gradients(const CsgField& field, std::span<const Vec3> points)
     return map_points<Vec3>(points, [&](const Vec3& p) { return field.gradient(p); });
 }
 
-std::vector<RayHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction)
+std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction)
 {
     require(is_finite(origin) && is_finite(direction), "ray_cast: a number is not finite");
     require(direction != Vec3{}, "ray_cast: the direction is zero");
     const std::vector<Root> roots = roots_along(field, origin, direction);
     const auto inside = [&](double t) { return field.value(origin + t * direction) <= 0.0; };
-    std::vector<RayHit> hits;
+    std::vector<SolidHit> hits;
     // The state before the first crossing, then between each two and after the last.
     bool was_inside = inside(roots.empty() ? 0.0 : 0.5 * roots.front().t);
     for (std::size_t begin = 0; begin < roots.size();) {
@@ -117,17 +117,17 @@ std::vector<RayHit> ray_cast(const CsgField& field, const Vec3& origin, const Ve
     return hits;
 }
 
-std::vector<RayHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction)
+std::vector<SolidHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction)
 {
     return ray_cast(CsgField(solid), origin, direction);
 }
 
-std::vector<std::vector<RayHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
-                                          std::span<const Vec3> directions)
+std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions)
 {
     require(origins.size() == directions.size(),
             "ray_cast: origins and directions differ in number");
-    std::vector<std::vector<RayHit>> hits(origins.size());
+    std::vector<std::vector<SolidHit>> hits(origins.size());
     parallel_for(origins.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             hits[i] = ray_cast(field, origins[i], directions[i]);

@@ -20,7 +20,7 @@ std::vector<double> values(const CsgField& field, std::span<const Vec3> points);
 std::vector<Vec3> gradients(const CsgField& field, std::span<const Vec3> points);
 
 /// Where a ray goes into or out of a solid.
-struct RayHit {
+struct SolidHit {
     double t;  // the point is origin + t direction
     Vec3 point;
     Vec3 normal;           // outward, length 1
@@ -34,11 +34,11 @@ struct RayHit {
 /// O(n^2) for n surfaces that the ray meets.
 ///
 /// Implements [roth1982], classification of a ray against a tree.
-std::vector<RayHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction);
-std::vector<RayHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction);
+std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction);
+std::vector<SolidHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction);
 /// One list a ray; as many origins as directions. Parallel over rays.
-std::vector<std::vector<RayHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
-                                          std::span<const Vec3> directions);
+std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions);
 
 /// A box that is proven to hold the solid: its bounds, or where these have infinite sides a cube
 /// outside of which interval bounds show the function to be positive in every direction.

@@ -18,16 +18,16 @@ Solid at(const Solid& s, double x, double y, double z)
     return transformed(s, translation({{x, y, z}}));
 }
 
-std::vector<double> parameters(const std::vector<RayHit>& hits)
+std::vector<double> parameters(const std::vector<SolidHit>& hits)
 {
     std::vector<double> t;
-    for (const RayHit& hit : hits) t.push_back(hit.t);
+    for (const SolidHit& hit : hits) t.push_back(hit.t);
     return t;
 }
 
 TEST(RayCast, FindsTheCrossingsOfASphere)
 {
-    const std::vector<RayHit> hits = ray_cast(sphere(2), {{-5, 0, 0}}, {{1, 0, 0}});
+    const std::vector<SolidHit> hits = ray_cast(sphere(2), {{-5, 0, 0}}, {{1, 0, 0}});
     EXPECT_EQ(parameters(hits), (std::vector<double>{3, 7}));
     EXPECT_TRUE(hits[0].entering);
     EXPECT_FALSE(hits[1].entering);
@@ -42,7 +42,7 @@ TEST(RayCast, FindsTheCrossingsOfASphere)
 
 TEST(RayCast, KeepsItsDigitsFromFarAway)
 {
-    const std::vector<RayHit> hits = ray_cast(sphere(1), {{-1e9, 0.6, 0}}, {{1, 0, 0}});
+    const std::vector<SolidHit> hits = ray_cast(sphere(1), {{-1e9, 0.6, 0}}, {{1, 0, 0}});
     ASSERT_EQ(hits.size(), 2U);
     EXPECT_NEAR(hits[0].t, 1e9 - 0.8, 2e-7);  // half a unit in the last place of 1e9 is 6e-8
     EXPECT_NEAR(hits[1].t - hits[0].t, 1.6, 4e-7);
@@ -51,7 +51,7 @@ TEST(RayCast, KeepsItsDigitsFromFarAway)
 TEST(RayCast, HollowSolidHasAllCrossingsInOrder)
 {
     const Solid bowl = subtract({sphere(3), sphere(2), at(cylinder(9, 0.5, 0.5, true), 0, 0, 0)});
-    const std::vector<RayHit> hits = ray_cast(bowl, {{-9, 0, 0}}, {{1, 0, 0}});
+    const std::vector<SolidHit> hits = ray_cast(bowl, {{-9, 0, 0}}, {{1, 0, 0}});
     EXPECT_EQ(parameters(hits), (std::vector<double>{6, 7, 11, 12}));
     EXPECT_EQ(hits[1].normal, (Vec3{{1, 0, 0}}));  // out of the wall, into the hollow
     EXPECT_TRUE(ray_cast(bowl, {{0, 0, -9}}, {{0, 0, 1}}).empty());
@@ -116,7 +116,7 @@ TEST(RayCast, AgreesWithMembershipAlongTheRay)
         SCOPED_TRACE(trial);
         const Solid tree = random_tree(random, 1 + trial % 10);
         const Vec3 origin = random.point(4), aim = random.point(1.5) - origin;
-        const std::vector<RayHit> hits = ray_cast(tree, origin, aim);
+        const std::vector<SolidHit> hits = ray_cast(tree, origin, aim);
         found += hits.size();
         for (std::size_t i = 0; i < hits.size(); ++i) {
             EXPECT_NEAR(norm(hits[i].normal), 1.0, 1e-12);
