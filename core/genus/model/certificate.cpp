@@ -16,8 +16,10 @@ namespace {
 constexpr std::size_t kGroupFaces = 24;
 constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
+constexpr double kSmallestBox = 1.0 / 4096.0;  // radius, of the tolerance
 constexpr std::int64_t kMaxListed = 256;
-constexpr std::int64_t kMaxBoxes = 4'000'000;
+constexpr std::int64_t kMaxBoxes = 2'000'000;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Faces near each other with the formula cut down to the surfaces that decide near them.
 struct Group {
@@ -94,13 +96,35 @@ public:
             part = std::max(part, share);
             c.rounding = std::max(c.rounding, rounding_[v] * length);
         }
+        // A face without signs will do if it is so small that a corner that also belongs to a good
+        // face speaks for it.
+        std::vector<char> good(offset_.size(), 0);
+        for (std::size_t f = 0; f < open_.size(); ++f)
+            if (open_[f] == 0)
+                for (const std::int32_t v : m_.mesh.faces[f]) good[v] = 1;
         for (std::size_t f = 0; f < open_.size(); ++f) {
-            if (open_[f] == 0 && reach(static_cast<std::int32_t>(f)) <= tolerance_) continue;
+            const auto face = static_cast<std::int32_t>(f);
+            if (open_[f] == 0 ? reach(face) <= tolerance_ : vouched_for(face, good, c.bound))
+                continue;
             ++c.n_failed;
-            c.failed_faces.push_back(static_cast<std::int32_t>(f));
+            c.failed_faces.push_back(face);
             if (static_cast<std::int64_t>(c.failed.size()) < kMaxListed)
-                c.failed.push_back(face_box(static_cast<std::int32_t>(f)));
+                c.failed.push_back(face_box(face));
         }
+    }
+
+    // Boxes of the faces of M+ and M- that are not known to lie outside and inside.
+    std::vector<Box3> open_boxes() const
+    {
+        std::vector<Box3> boxes;
+        for (std::size_t f = 0; f < open_.size(); ++f)
+            for (const int side : {0, 1}) {
+                if ((open_[f] >> side & 1) == 0) continue;
+                Box3 box;
+                for (const std::int32_t v : m_.mesh.faces[f]) box.add(corner(v, side));
+                boxes.push_back(box);
+            }
+        return boxes;
     }
 
 private:
@@ -112,6 +136,23 @@ private:
         for (const std::int32_t v : m_.mesh.faces[f])
             most = std::max(most, std::max(offset_[v][0], offset_[v][1]) * norm(direction_[v]));
         return most;
+    }
+
+    bool vouched_for(std::int32_t f, const std::vector<char>& good, double& bound) const
+    {
+        const std::array<Vec3, 3> p = face_corners(f);
+        double least = kInfinity;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::int32_t v = m_.mesh.faces[f][i];
+            if (good[v] == 0) continue;
+            const double own = std::max(offset_[v][0], offset_[v][1]) * norm(direction_[v]);
+            const double far =
+                std::max(distance(p[i], p[(i + 1) % 3]), distance(p[i], p[(i + 2) % 3]));
+            least = std::min(least, own + far);
+        }
+        if (!(least <= tolerance_)) return false;
+        bound = std::max(bound, least);
+        return true;
     }
 
     Box3 face_box(std::int32_t f) const
@@ -249,7 +290,7 @@ private:
         const std::int32_t label = m_.surface_of_face[f];
         const std::array<Vec3, 3> p = face_corners(f);
         const Interval r = forms_[label >> 1].range(p);
-        double g = std::numeric_limits<double>::infinity();
+        double g = kInfinity;
         for (const Vec3& x : p) g = std::min(g, norm(outward(label, x)));
         if (!(g > 0.0)) return {tolerance_, tolerance_};
         const double below = std::min(std::max(0.0, -r.lo) / g, tolerance_);
@@ -368,9 +409,15 @@ private:
 // The way from surface to mesh.
 class Search {
 public:
+    /// `open`: boxes of those faces of the outer and inner mesh that no way may come near.
     Search(const IndexedMesh& mesh, const IndexedMesh& outer, const IndexedMesh& inner,
-           const std::vector<SurfaceForm>& forms, double tolerance)
-        : mesh_(mesh), outer_(outer), inner_(inner), forms_(forms), tolerance_(tolerance)
+           std::span<const Box3> open, const std::vector<SurfaceForm>& forms, double tolerance)
+        : mesh_(mesh),
+          outer_(outer),
+          inner_(inner),
+          open_(open),
+          forms_(forms),
+          tolerance_(tolerance)
     {
     }
 
@@ -438,7 +485,7 @@ private:
         if (radius <= 0.5 * tolerance_) {
             const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
             if (d <= tolerance_) return {Outcome::Done, d};
-            if (radius <= 0.125 * tolerance_) return {Outcome::Failed};
+            if (radius <= kSmallestBox * tolerance_) return {Outcome::Failed};
         }
         const Ways ways = find_ways(item, here, signs);
         if (!ways.found) return {Outcome::Open};
@@ -502,7 +549,7 @@ private:
             Box3 hull = item.box;
             hull.add(c + up);
             hull.add(c - up);
-            if (!wide(item.box).contains(hull)) return {};
+            if (!wide(item.box).contains(hull) || meets_open_face(hull)) return {};
             find_signs(item.formula, forms_, hull, signs);
             const SignFormula around = item.formula.simplified(signs);
             std::vector<Directed> all;
@@ -514,6 +561,13 @@ private:
             near.swap(all);
         }
         return {};
+    }
+
+    bool meets_open_face(const Box3& hull) const
+    {
+        bool any = false;
+        open_.visit_overlapping(hull, [&](std::int32_t) { any = true; });
+        return any;
     }
 
     // Every surface grows along up - x for all x of `steps`, everywhere in the hull.
@@ -548,6 +602,7 @@ private:
     }
 
     MeshTree mesh_, outer_, inner_;
+    BoxTree open_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
     double nearness_ = 0.0;
@@ -564,7 +619,7 @@ Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
     shell.report(c);
     if (c.n_failed > 0) return c;
     const IndexedMesh outer = shell.moved(0), inner = shell.moved(1);
-    Search search(mesh.mesh, outer, inner, forms, tolerance);
+    Search search(mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance);
     search.run(cube, formula, c);
     return c;
 }

@@ -12,6 +12,7 @@
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
 #include "genus/model/deviation.h"
+#include "genus/model/queries.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
 #include "genus/model/surface_form.h"
@@ -25,7 +26,7 @@ constexpr int kMaxAttempts = 8;
 constexpr double kFiner = 0.4;
 constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
-constexpr double kEdgeShare = 0.7;    // of the tolerance; the middle of a face errs 4/3 as much
+constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
 
 // Adds the seconds since construction, or since the last call, to a named stage.
@@ -55,13 +56,13 @@ private:
 // One solid on its way to a mesh.
 class Road {
 public:
-    Road(const Solid& solid, const MeshOptions& options, MeshedSolid& result)
+    Road(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
         : options_(options),
           result_(result),
           clock_(result.seconds),
           field_(solid),
           formula_(field_),
-          cube_(cell_cube(solid.bounds()))
+          cube_(cell_cube(box))
     {
         for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, cube_);
         clock_.end("field");
@@ -223,16 +224,25 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
         result.explanation = std::move(p.explanation);
     }
     clock.end("plan");
-    const Box3& box = planned.bounds();
-    if (!box.bounded()) throw UnboundedSolid("mesh: the solid reaches to infinity");
+    const Box3 box = require_bounded(planned);
     result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
+    // Half of the tolerance for curved operands of a boolean: the rest is for where they cross.
+    const SmoothMesher mesh_smooth_part = [&](const Solid& part, IndexedMesh& mesh) {
+        MeshedSolid made;
+        made.tolerance = 0.5 * result.tolerance;
+        MeshOptions part_options = options;
+        part_options.measure = false;
+        Road(part, require_bounded(part), part_options, made).run();
+        mesh = std::move(made.mesh);
+        return made.error.bound;
+    };
     if (options.method == MeshMethod::Boolean ||
-        (options.method == MeshMethod::Auto && is_polyhedral(planned)))
-        mesh_by_boolean(planned, result);
+        (options.method == MeshMethod::Auto && (is_polyhedral(planned) || !is_smooth(planned))))
+        mesh_by_boolean(planned, box, mesh_smooth_part, result);
     else
-        Road(planned, options, result).run();
+        Road(planned, box, options, result).run();
     return result;
 }
 
