@@ -75,11 +75,11 @@ private:
     void find_regions()
     {
         for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
-            if (faces_[f].passive)
+            if (faces_[f].fixed)
                 for (const Index p : faces_[f].corners) corner_[p].needed = true;
         }
         for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
-            if (!faces_[f].passive)
+            if (!faces_[f].fixed)
                 for (int i = 0; i < 3; ++i) sheets_.push_back(sheet_of(faces_, f, i));
         sort_sheets(sheets_);
         for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
@@ -125,7 +125,7 @@ private:
     {
         std::vector<std::pair<Index, Index>> members;
         for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
-            if (!faces_[f].passive) members.push_back({regions_.find(f), f});
+            if (!faces_[f].fixed) members.push_back({regions_.find(f), f});
         std::sort(members.begin(), members.end());
         std::vector<Sheet> rim;
         for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
@@ -138,7 +138,7 @@ private:
         });
         std::vector<OutFace> kept;
         for (const OutFace& face : faces_)
-            if (face.passive) kept.push_back(face);
+            if (face.fixed) kept.push_back(face);
         std::size_t r = 0;
         for (std::size_t begin = 0; begin < members.size();) {
             std::size_t end = begin;
@@ -255,6 +255,7 @@ private:
             OutFace face = first;
             for (int i = 0; i < 3; ++i) face.corners[i] = global[mesh.cells()[c].v[i]];
             face.source = source[c];
+            face.untouched = false;
             kept.push_back(face);
         }
     }
@@ -295,22 +296,23 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
     std::vector<OutFace> faces;
     const std::vector<char> joining = merge_coplanar ? flat_surroundings(soup, arrangement)
                                                      : std::vector<char>(soup.faces.size(), 0);
-    const auto keep = [&](Triangle corners, Index plane, Index source, bool flipped, bool passive) {
+    const auto keep = [&](Triangle corners, Index plane, Index source, bool flipped, bool fixed,
+                          bool untouched) {
         if (flipped) std::swap(corners[1], corners[2]);
-        faces.push_back({corners, plane, source, flipped, passive});
+        faces.push_back({corners, plane, source, flipped, fixed, untouched});
     };
     for (std::size_t f = 0; f < soup.faces.size(); ++f) {
         if (selection.faces[f] == 0) continue;
         Triangle corners = soup.faces[f];
         for (Index& p : corners) p = arrangement.first_equal[p];
         keep(corners, static_cast<Index>(f), static_cast<Index>(f), selection.faces[f] < 0,
-             !joining[f]);
+             !joining[f], true);
     }
     for (std::size_t c = 0; c < arrangement.cells.size(); ++c) {
         if (selection.cells[c] == 0) continue;
         const auto& cell = arrangement.cells[c];
         keep(cell.corners, cell.plane, arrangement.covers[cell.covers_begin].face,
-             selection.cells[c] < 0, false);
+             selection.cells[c] < 0, false, false);
     }
     if (merge_coplanar) Merger(soup, arrangement, faces).run();
     return faces;
@@ -323,14 +325,58 @@ struct Splitting {
     std::vector<std::uint64_t> shared_edges;  // left with four faces or more
 };
 
-Splitting split_corners(const Soup& soup, const std::vector<PointRef>& points,
+// Points at which other faces end than passive ones that are joined by twins.
+std::vector<char> mixed_points(const Soup& soup, const Arrangement& arrangement,
+                               const std::vector<Index>& out)
+{
+    std::vector<char> mixed(arrangement.points.size(), 1);
+    std::fill(mixed.begin(), mixed.begin() + static_cast<std::ptrdiff_t>(soup.points.size()), 0);
+    for (std::size_t f = 0; f < soup.faces.size(); ++f)
+        if (out[f] < 0)
+            for (const Index v : soup.faces[f]) mixed[arrangement.first_equal[v]] = 1;
+    for (std::size_t v = 0; v < soup.points.size(); ++v)
+        if (arrangement.first_equal[v] != static_cast<Index>(v))
+            mixed[arrangement.first_equal[v]] = 1;
+    return mixed;
+}
+
+// Numbers the corners at points where only passive faces end, one number a fan.
+void number_fans(const Soup& soup, const std::vector<OutFace>& faces, const std::vector<Index>& out,
+                 const std::vector<char>& mixed, std::vector<Index>& number, OutMesh& mesh)
+{
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (int i = 0; i < 3; ++i) {
+            const Index point = faces[f].corners[i];
+            if (mixed[point] || number[3 * f + i] >= 0) continue;
+            const auto known = static_cast<Index>(mesh.points.size());
+            mesh.points.push_back(point);
+            const Index first = faces[f].source;
+            Index at = first;
+            do {
+                const Triangle& corners = faces[out[at]].corners;
+                const int k = corners[0] == point ? 0 : (corners[1] == point ? 1 : 2);
+                number[3 * out[at] + k] = known;
+                // Turned over faces have their corners 1 and 2 swapped.
+                const int in_soup = faces[out[at]].flipped ? (3 - k) % 3 : k;
+                at = soup.twin[3 * at + in_soup] / 3;
+            } while (at != first);
+        }
+}
+
+Splitting split_corners(const Soup& soup, const Arrangement& arrangement,
                         const std::vector<OutFace>& faces)
 {
     const auto n = static_cast<Index>(faces.size());
-    std::vector<Sheet> sheets;
-    sheets.reserve(3 * faces.size());
+    const std::vector<PointRef>& points = arrangement.points;
+    std::vector<Index> out(soup.faces.size(), -1);  // of an untouched face, its number in `faces`
     for (Index f = 0; f < n; ++f)
-        for (int i = 0; i < 3; ++i) sheets.push_back(sheet_of(faces, f, i));
+        if (faces[f].untouched) out[faces[f].source] = f;
+    const std::vector<char> mixed = mixed_points(soup, arrangement, out);
+    std::vector<Sheet> sheets;
+    for (Index f = 0; f < n; ++f)
+        for (int i = 0; i < 3; ++i)
+            if (mixed[faces[f].corners[i]] || mixed[faces[f].corners[next(i)]])
+                sheets.push_back(sheet_of(faces, f, i));
     sort_sheets(sheets);
 
     // Corners (3 face + i) of faces that are neighbours across an edge belong together.
@@ -372,9 +418,10 @@ Splitting split_corners(const Soup& soup, const std::vector<PointRef>& points,
     OutMesh& mesh = result.mesh;
     mesh.faces.resize(faces.size());
     std::vector<Index> number(3 * faces.size(), -1);
+    number_fans(soup, faces, out, mixed, number, mesh);
     for (Index f = 0; f < n; ++f)
         for (int i = 0; i < 3; ++i) {
-            Index& known = number[corners.find(3 * f + i)];
+            Index& known = number[mixed[faces[f].corners[i]] ? corners.find(3 * f + i) : 3 * f + i];
             if (known < 0) {
                 known = static_cast<Index>(mesh.points.size());
                 mesh.points.push_back(faces[f].corners[i]);
@@ -405,6 +452,7 @@ void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>&
                 ++i;
                 continue;
             }
+            faces[f].untouched = false;
             OutFace other = faces[f];
             other.corners[i] = it->second;
             faces[f].corners[next(i)] = it->second;
@@ -415,13 +463,12 @@ void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>&
 
 }  // namespace
 
-OutMesh split_to_manifold(const Soup& soup, std::vector<PointRef>& points,
-                          std::vector<OutFace>& faces)
+OutMesh split_to_manifold(const Soup& soup, Arrangement& arrangement, std::vector<OutFace>& faces)
 {
     while (true) {
-        Splitting splitting = split_corners(soup, points, faces);
+        Splitting splitting = split_corners(soup, arrangement, faces);
         if (splitting.shared_edges.empty()) return std::move(splitting.mesh);
-        halve_edges(splitting.shared_edges, points, faces);
+        halve_edges(splitting.shared_edges, arrangement.points, faces);
     }
 }
 

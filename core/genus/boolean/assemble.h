@@ -14,7 +14,8 @@ struct OutFace {
     std::int32_t plane;   // a face of the soup in the same plane
     std::int32_t source;  // the face of the soup it stands for
     bool flipped;         // turns against `plane`
-    bool passive;         // an input face that nothing touched
+    bool fixed;           // not to be joined with others of its plane
+    bool untouched;       // a passive face of the soup, as it was
 };
 
 /// The selected faces as a closed oriented surface. Pieces of one plane that meet along an edge
@@ -26,12 +27,11 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
 /// A surface with its own numbers for corners, manifold: where faces touch along an edge or in a
 /// corner without being neighbours round the solid, each part has a corner of its own. Where two
 /// parts would still share both ends of an edge, the edge gets a corner in the middle, rounded to
-/// the grid, for each of them: `points` and `faces` then grow.
+/// the grid, for each of them: the arrangement's points and `faces` then grow.
 struct OutMesh {
     std::vector<Triangle> faces;       // in the order of the OutFaces
-    std::vector<std::int32_t> points;  // of each corner: its number in `points`
+    std::vector<std::int32_t> points;  // of each corner: its number in the arrangement
 };
-OutMesh split_to_manifold(const Soup& soup, std::vector<PointRef>& points,
-                          std::vector<OutFace>& faces);
+OutMesh split_to_manifold(const Soup& soup, Arrangement& arrangement, std::vector<OutFace>& faces);
 
 }  // namespace genus::exact

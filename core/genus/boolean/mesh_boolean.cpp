@@ -222,7 +222,7 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     const exact::Selection selection = exact::select(soup, arrangement, formula, n_operands, rule);
     auto faces = exact::collect_faces(soup, arrangement, selection, merge_coplanar);
     const std::size_t n_exact = arrangement.points.size();
-    exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement.points, faces);
+    exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement, faces);
 
     report.n_candidate_pairs += arrangement.n_candidate_pairs;
     report.n_contacts += arrangement.n_contacts;
@@ -485,7 +485,7 @@ private:
                 }
                 soup.points.push_back(p);
                 owner.push_back(i);
-                if (off > 0.0) soup.crosses_itself[i] = 1;
+                if (off > 0.5) soup.crosses_itself[i] = 1;
                 largest = std::max(largest, off);
             }
         std::vector<Triangle> corners;
@@ -497,7 +497,7 @@ private:
         const auto moved =
             exact::merge_close_coordinates(soup.points, corners, frame.close(options_.most_snap));
         for (std::size_t n = 0; n < moved.size(); ++n) {
-            if (moved[n] > 0.0) soup.crosses_itself[owner[n]] = 1;
+            if (moved[n] > 0.5) soup.crosses_itself[owner[n]] = 1;
             largest = std::max(largest, moved[n]);
         }
         for (std::size_t n = 0; n < faces.size(); ++n) {

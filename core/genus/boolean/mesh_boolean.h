@@ -13,8 +13,8 @@ struct MeshBooleanOptions {
     /// Join faces of one plane and triangulate them anew without needless corners.
     bool merge_coplanar = true;
     /// Resolve crossings of an operand with itself. Off is a promise that no operand crosses or
-    /// touches itself, and saves about half of the time; a broken promise ends in an Error where
-    /// it is noticed.
+    /// touches itself, nor would if its corners were rounded once more, and saves about half of
+    /// the time; a broken promise ends in an Error where it is noticed.
     bool operands_may_cross_themselves = true;
     /// How far the corners of operands may be moved, as a share of the size of their cluster,
     /// where faces so nearly coincide that the result could not be written in doubles.
