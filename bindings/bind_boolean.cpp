@@ -1,3 +1,6 @@
+#include <span>
+#include <vector>
+
 #include "bind.h"
 #include "genus/boolean/mesh_boolean.h"
 #include "long_call.h"
@@ -12,7 +15,7 @@ template <Operation operation>
 Mesh combine(const Mesh& a, const Mesh& b)
 {
     return Mesh(long_call([&] {
-        const IndexedMesh operands[] = {*a.triangles, *b.triangles};
+        const std::vector<IndexedMesh> operands{*a.triangles, *b.triangles};
         return operation(operands);
     }));
 }
