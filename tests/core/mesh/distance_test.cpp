@@ -56,8 +56,8 @@ TEST(MeshDistance, IsNotTheSameBothWays)
 
 TEST(MeshDistance, FindsAPeakBetweenTheSamples)
 {
-    // The farthest point is inside a face: a flat square against a tent over it. From the square
-    // only the middle is at a distance, and no vertex is there.
+    // A flat square over a pit: the farthest point of the square is above the bottom of the pit,
+    // and no vertex is there.
     const IndexedMesh square{{{{-1, -1, 0}}, {{1, -1, 0}}, {{1, 1, 0}}, {{-1, 1, 0}}},
                              {{0, 1, 2}, {0, 2, 3}}};
     IndexedMesh bowl = cases::sheet(2, 2);
@@ -68,7 +68,6 @@ TEST(MeshDistance, FindsAPeakBetweenTheSamples)
     options.precision = 1e-6;
     const OneSidedDistance d = one_sided_distance(square, bowl, options);
     EXPECT_EQ(d.samples, 4);
-    // The middle is nearest to the four slopes: the plane through (-1,-1,0), (1,-1,0)-ish sides.
     options.density = 1e5;
     const OneSidedDistance dense = one_sided_distance(square, bowl, options);
     EXPECT_GE(d.bound, dense.max);
