@@ -34,7 +34,8 @@ std::optional<MeshFormat> to_format(const std::optional<std::string>& name)
 {
     if (!name) return std::nullopt;
     const auto format = format_of_extension("part." + *name);
-    if (!format) throw InvalidInput("format is \"" + *name + "\", must be stl, obj, off or ply");
+    if (!format)
+        throw InvalidInput("format is \"" + *name + "\", must be one of " + joined(mesh_formats()));
     return format;
 }
 
