@@ -314,7 +314,8 @@ const char* name(Defect defect)
 
 SelfIntersections self_intersections(const IndexedMesh& mesh)
 {
-    constexpr std::size_t kMaxPerTask = 10'000;
+    // A small mesh is one task, a large one some thousands.
+    const std::size_t max_per_task = mesh.n_faces() < 1000 ? 1'000'000 : 2'000;
     struct Found {
         std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
         bool complete = true;
@@ -324,7 +325,7 @@ SelfIntersections self_intersections(const IndexedMesh& mesh)
         const auto contact = triangle_contact(points_of(mesh, f), points_of(mesh, g));
         if (contact != TriangleContact::Crossing) return true;
         if (same_vertices(mesh.faces[f], mesh.faces[g])) return true;
-        found.complete = found.pairs.size() < kMaxPerTask;
+        found.complete = found.pairs.size() < max_per_task;
         if (found.complete) found.pairs.push_back({f, g});
         return found.complete;
     };

@@ -271,10 +271,10 @@ TEST(Validate, ListsNoMoreThanAskedButCountsAll)
 
 TEST(Validate, EndsEarlyWhereEverythingMeetsEverything)
 {
-    // All pairs of 4,000 triangles cross: eight million.
+    // All pairs of 1,500 triangles cross: more than a million.
     IndexedMesh mesh;
     std::mt19937 random(3);
-    for (int f = 0; f < 4'000; ++f) {
+    for (int f = 0; f < 1'500; ++f) {
         const auto n = static_cast<std::int32_t>(mesh.n_vertices());
         for (int k = 0; k < 3; ++k) {
             Vec3 p = cases::point_in_cube(random, -0.01, 0.01);
@@ -285,7 +285,7 @@ TEST(Validate, EndsEarlyWhereEverythingMeetsEverything)
     }
     const auto found = self_intersections(mesh);
     EXPECT_FALSE(found.complete);
-    EXPECT_GT(found.pairs.size(), 10'000u);
+    EXPECT_GT(found.pairs.size(), 2'000u);
 }
 
 TEST(Validate, CanBeCancelled)
