@@ -70,7 +70,7 @@ Bytes bytes_of(std::string_view text)
 TEST(Zip, UnpacksWhatItPacked)
 {
     std::string large;
-    for (int i = 0; i < 100'000; ++i) large += std::to_string(i * i % 7919);
+    for (int i = 0; i < 100'000; ++i) large += std::to_string(std::int64_t{i} * i % 7919);
     const std::string name = "a.zip";
     const Bytes bytes = zip({{"empty", ""}, {"dir/Large.txt", large}});
     const io::ZipArchive archive(bytes, name);
