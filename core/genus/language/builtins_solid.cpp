@@ -4,22 +4,40 @@
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+#include <variant>
 
+#include "genus/base/predicates.h"
 #include "genus/base/progress.h"
+#include "genus/boolean/mesh_boolean.h"
+#include "genus/io/read_mesh.h"
+#include "genus/language/builtins_plane.h"
+#include "genus/language/node_reader.h"
 #include "genus/language/stack.h"
 #include "genus/language/tight_bounds.h"
+#include "genus/mesh/hull.h"
+#include "genus/mesh/slice.h"
+#include "genus/mesh/topology.h"
+#include "genus/model/leaf_mesh.h"
+#include "genus/model/mesh_solid.h"
 
 namespace genus {
 
 namespace {
 
+using language::ExtrudedMesh;
+using language::NodeReader;
+using language::plane_shape;
+using language::PlaneShape;
 using List = ModelValue::List;
 
+constexpr double kPartShare = 0.25;           // of the tolerance, for parts that are meshed first
+constexpr std::size_t kMostPieces = 200'000;  // of a minkowski sum
+
 /// Makes the solid of one node; its parts are made already.
-class Maker {
+class Maker : NodeReader {
 public:
     Maker(const ModelNode& node, std::vector<Solid> parts, std::vector<Message>& messages)
-        : node_(node), parts_(std::move(parts)), messages_(messages)
+        : NodeReader(node), parts_(std::move(parts)), messages_(messages)
     {
     }
 
@@ -54,7 +72,7 @@ public:
         const List points = rows("points");
         PolygonMesh mesh;
         for (std::size_t i = 0; i < points.size(); ++i)
-            mesh.vertices.push_back(vec3(points[i], "points[" + std::to_string(i) + "]"));
+            mesh.vertices.push_back(vec<3>(points[i], "points[" + std::to_string(i) + "]"));
         const List faces = rows("faces");
         for (std::size_t f = 0; f < faces.size(); ++f) {
             const std::string name = "faces[" + std::to_string(f) + "]";
@@ -89,7 +107,7 @@ public:
         if (!node_.parameter("bounds").is_undef()) {
             const List corners = rows("bounds");
             if (corners.size() != 2) fail("bounds must be two corners, [min, max]");
-            bounds = Box3{vec3(corners[0], "bounds[0]"), vec3(corners[1], "bounds[1]")};
+            bounds = Box3{vec<3>(corners[0], "bounds[0]"), vec<3>(corners[1], "bounds[1]")};
         }
         const List coefficients = rows("coefficients");
         if (coefficients.size() == 4) {
@@ -138,11 +156,8 @@ public:
     {
         const Solid part = join();
         if (part.is_empty()) return part;
-        const std::optional<Box3> box = language::tight_bounds(part);
-        if (!box)
-            fail(
-                "resize() of this shape is not supported yet: only of shapes whose size is known "
-                "without a mesh");
+        std::optional<Box3> box = language::tight_bounds(part);
+        if (!box) box = bounds(mesh_of(part).mesh);
         const Vec3 wanted = vec3("newsize"), keep = vec3("auto"), size = box->size();
         Vec3 factor{{1, 1, 1}};
         // Sides set to 0 follow the largest factor given, where `auto` says so.
@@ -157,12 +172,178 @@ public:
         return transformed(part, scaling(factor));
     }
 
-    [[noreturn]] void fail(const std::string& problem) const
+    // A hull is that of the corners of all that is united; operators that cut are meshed first.
+    Solid hull()
     {
-        throw ModelError(*node_.file, node_.line, node_.column, problem);
+        SolidPoints points(*this);
+        for (const Solid& part : parts_) points.add(part, Transform{});
+        PolygonMesh mesh = convex_hull(points.found);
+        if (mesh.n_faces() == 0) return Solid();
+        return genus::polyhedron(std::move(mesh), points.deviation);
+    }
+
+    // A + B is what the borders sweep over each other, with each part of A at a point of B and each
+    // part of B at a point of A; all of it one union.
+    Solid minkowski()
+    {
+        std::optional<MeshedPart> sum;
+        for (const Solid& part : parts_) {
+            if (part.is_empty()) continue;
+            MeshedPart next = mesh_of(part);
+            if (sum)
+                sum = add(*sum, next);
+            else
+                sum = std::move(next);
+        }
+        if (!sum) return Solid();
+        return genus::polyhedron(to_polygons(sum->mesh), sum->deviation);
+    }
+
+    Solid import()
+    {
+        const std::string* file = node_.parameter("file").text();
+        if (!file) fail("import(): file is no text");
+        try {
+            PolygonMesh mesh = read_polygons(*file);
+            if (mesh.n_faces() == 0) return Solid();
+            return genus::polyhedron(std::move(mesh));
+        } catch (const FileError& problem) {
+            fail(std::string("import(): ") + problem.what());
+        }
+    }
+
+    using NodeReader::fail;
+
+    struct MeshedPart {
+        IndexedMesh mesh;
+        double deviation = 0.0;
+    };
+    // A solid as a mesh, within the share of the tolerance that a part may take.
+    MeshedPart mesh_of(const Solid& solid) const
+    {
+        MeshOptions options;
+        options.measure = false;
+        if (node_.tolerance > 0.0) options.tolerance = kPartShare * node_.tolerance;
+        MeshedSolid made = mesh_solid(solid, options);
+        const double exact = 1e-9 * bounds(made.mesh).diagonal();
+        return {std::move(made.mesh), made.error.bound > exact ? made.error.bound : 0.0};
     }
 
 private:
+    // Corners whose hull is that of a solid.
+    struct SolidPoints {
+        explicit SolidPoints(const Maker& of) : maker(of) {}
+
+        void add(const Solid& solid, const Transform& map)
+        {
+            language::check_stack();
+            const Shape& shape = solid.node().shape;
+            if (const auto* moved = std::get_if<Transformed>(&shape))
+                return add(moved->part, map * moved->map);
+            if (const auto* painted = std::get_if<Colored>(&shape)) return add(painted->part, map);
+            if (const auto* all = std::get_if<Union>(&shape)) {
+                for (const Solid& part : all->parts) add(part, map);
+                return;
+            }
+            if (std::holds_alternative<Empty>(shape)) return;
+            if (is_faceted(shape)) {
+                if (const auto* given = std::get_if<Polyhedron>(&shape))
+                    deviation = std::max(deviation, given->deviation * stretch(map));
+                return add(facet_mesh(shape).vertices, map);
+            }
+            const MeshedPart part = maker.mesh_of(transformed(solid, map));
+            deviation = std::max(deviation, part.deviation);
+            add(part.mesh.vertices, Transform{});
+        }
+        void add(const std::vector<Vec3>& points, const Transform& map)
+        {
+            for (const Vec3& p : points) found.push_back(apply(map, p));
+        }
+        static double stretch(const Transform& t)
+        {
+            double sum = 0.0;
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) sum += t.m[i][j] * t.m[i][j];
+            return std::sqrt(sum);
+        }
+
+        const Maker& maker;
+        std::vector<Vec3> found;
+        double deviation = 0.0;
+    };
+
+    MeshedPart add(const MeshedPart& a, const MeshedPart& b) const
+    {
+        const double deviation = a.deviation + b.deviation;
+        if (is_convex(a.mesh) && is_convex(b.mesh)) {
+            const IndexedMesh sum = hull_of_sums(a.mesh.vertices, b.mesh.vertices);
+            return {sum, deviation};
+        }
+        // Of a convex part all corners stand for its border.
+        const bool b_convex = is_convex(b.mesh);
+        const MeshedPart& outer = !b_convex && is_convex(a.mesh) ? b : a;
+        const MeshedPart& inner = &outer == &a ? b : a;
+        const bool inner_convex = is_convex(inner.mesh);
+        const std::size_t n_pieces =
+            outer.mesh.n_faces() * (inner_convex ? 1 : inner.mesh.n_faces());
+        if (n_pieces > kMostPieces)
+            fail("minkowski(): " + std::to_string(n_pieces) + " pieces are too many; at most " +
+                 std::to_string(kMostPieces));
+        std::vector<IndexedMesh> pieces;
+        move_to_each_part(outer.mesh, inner.mesh, pieces);
+        move_to_each_part(inner.mesh, outer.mesh, pieces);
+        for (const Triangle& f : outer.mesh.faces) {
+            const std::vector<Vec3> face = corners(outer.mesh, f);
+            if (inner_convex) {
+                add_piece(hull_of_sums(face, inner.mesh.vertices), pieces);
+                continue;
+            }
+            for (const Triangle& g : inner.mesh.faces)
+                add_piece(hull_of_sums(face, corners(inner.mesh, g)), pieces);
+        }
+        return {unite(pieces), deviation};
+    }
+
+    static std::vector<Vec3> corners(const IndexedMesh& mesh, const Triangle& f)
+    {
+        return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
+    }
+    static IndexedMesh hull_of_sums(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
+    {
+        std::vector<Vec3> sums;
+        sums.reserve(a.size() * b.size());
+        for (const Vec3& p : a)
+            for (const Vec3& q : b) sums.push_back(p + q);
+        return to_triangles(convex_hull(sums));
+    }
+    static void add_piece(IndexedMesh piece, std::vector<IndexedMesh>& pieces)
+    {
+        if (piece.n_faces() > 0) pieces.push_back(std::move(piece));
+    }
+    // One corner of every connected part of `places` serves.
+    static void move_to_each_part(const IndexedMesh& mesh, const IndexedMesh& places,
+                                  std::vector<IndexedMesh>& pieces)
+    {
+        const Topology t = topology(places);
+        std::vector<char> done(t.components.size(), 0);
+        for (std::size_t v = 0; v < places.n_vertices(); ++v) {
+            const std::int32_t part = t.component_of_vertex[v];
+            if (part < 0 || done[part] != 0) continue;
+            done[part] = 1;
+            IndexedMesh moved = mesh;
+            for (Vec3& p : moved.vertices) p += places.vertices[v];
+            pieces.push_back(std::move(moved));
+        }
+    }
+    static bool is_convex(const IndexedMesh& mesh)
+    {
+        for (const Triangle& f : mesh.faces)
+            for (const Vec3& p : mesh.vertices)
+                if (orient3d(mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]], p) < 0)
+                    return false;
+        return true;
+    }
+
     Solid join()
     {
         if (parts_.size() == 1) return parts_[0];
@@ -177,56 +358,6 @@ private:
         return Solid();
     }
 
-    double number(const char* name) const
-    {
-        const double* n = node_.parameter(name).number();
-        if (!n) fail(node_.name + "(): " + name + " is no number");
-        return *n;
-    }
-    bool truth(const char* name) const { return node_.parameter(name).truth(); }
-
-    const List& rows(const char* name) const
-    {
-        const List* list = node_.parameter(name).list();
-        if (!list) fail(node_.name + "(): " + name + " is no vector");
-        return *list;
-    }
-
-    template <std::size_t n>
-    std::array<double, n> numbers(const ModelValue& v, const std::string& name,
-                                  bool finite = true) const
-    {
-        const List* list = v.list();
-        std::array<double, n> out;
-        bool good = list && list->size() == n;
-        for (std::size_t i = 0; good && i < n; ++i) {
-            const double* x = (*list)[i].number();
-            good = x && (!finite || std::isfinite(*x));
-            if (good) out[i] = *x;
-        }
-        if (!good)
-            fail(node_.name + "(): " + name + " is no vector of " + std::to_string(n) +
-                 " finite numbers");
-        return out;
-    }
-
-    Vec3 vec3(const ModelValue& v, const std::string& name) const
-    {
-        return Vec3{numbers<3>(v, name)};
-    }
-    Vec3 vec3(const char* name) const { return vec3(node_.parameter(name), name); }
-
-    std::int32_t point_number(const ModelValue& v, std::size_t n_points,
-                              const std::string& face) const
-    {
-        const double* n = v.number();
-        if (!n || !(*n > -1.0) || !(*n < static_cast<double>(n_points)))
-            fail("polyhedron(): " + face + " names a point that is not among the " +
-                 std::to_string(n_points));
-        return static_cast<std::int32_t>(*n);
-    }
-
-    const ModelNode& node_;
     std::vector<Solid> parts_;
     std::vector<Message>& messages_;
 };
@@ -252,27 +383,99 @@ const std::unordered_map<std::string_view, Maker::Method>& methods()
         {"multmatrix", &Maker::transform},
         {"color", &Maker::color},
         {"resize", &Maker::resize},
+        {"hull", &Maker::hull},
+        {"minkowski", &Maker::minkowski},
+        {"import", &Maker::import},
     };
     return map;
 }
 
-Solid solid_of(const ModelNode& node, std::vector<Message>& messages)
+// What a node comes to.
+using Geometry = std::variant<PlaneShape, Solid>;
+
+void warn_of_mixture(const ModelNode& node, std::vector<Message>& messages)
 {
-    language::check_stack();
-    current_progress().check();
+    messages.push_back({Message::Kind::Warning, *node.file, node.line, node.column,
+                        "WARNING: Mixing 2D and 3D objects is not supported. in file " +
+                            *node.file + ", line " + std::to_string(node.line)});
+}
+
+bool is_nothing(const Geometry& part)
+{
+    if (const auto* plane = std::get_if<PlaneShape>(&part)) return plane->region.empty();
+    return std::get<Solid>(part).is_empty();
+}
+
+// The parts of one kind, with nothing in the place of nothing; the other kind is left out with a
+// warning.
+template <typename Kind>
+std::vector<Kind> taken(const ModelNode& node, std::vector<Geometry>& parts,
+                        std::vector<Message>& messages)
+{
+    std::vector<Kind> kept;
+    bool mixed = false;
+    for (Geometry& part : parts)
+        if (is_nothing(part))
+            kept.emplace_back();
+        else if (auto* kind = std::get_if<Kind>(&part))
+            kept.push_back(std::move(*kind));
+        else
+            mixed = true;
+    if (mixed) warn_of_mixture(node, messages);
+    return kept;
+}
+
+Geometry solid_from(const ModelNode& node, std::vector<Solid> parts, std::vector<Message>& messages)
+{
     const auto method = methods().find(node.name);
     if (method == methods().end())
         throw ModelError(*node.file, node.line, node.column,
                          "geometry of '" + node.name + "' is not supported yet");
-    std::vector<Solid> parts;
-    for (const ModelNode& child : node.children)
-        if (!child.background) parts.push_back(solid_of(child, messages));
     Maker maker(node, std::move(parts), messages);
     try {
         return (maker.*method->second)();
     } catch (const InvalidInput& problem) {
         maker.fail(problem.what());
     }
+}
+
+Geometry extruded_solid(const ModelNode& node, std::vector<PlaneShape> parts)
+{
+    try {
+        ExtrudedMesh made = language::extruded(node, plane_shape(node, std::move(parts)));
+        if (made.mesh.n_faces() == 0) return Solid();
+        return polyhedron(std::move(made.mesh), made.deviation);
+    } catch (const InvalidInput& problem) {
+        throw ModelError(*node.file, node.line, node.column, problem.what());
+    }
+}
+
+Geometry projected(const ModelNode& node, std::vector<Solid> parts, std::vector<Message>& messages)
+{
+    Maker maker(node, {}, messages);
+    const auto part = maker.mesh_of(unite(std::move(parts)));
+    return PlaneShape{node.parameter("cut").truth() ? slice(part.mesh, 0.0) : project(part.mesh),
+                      part.deviation};
+}
+
+Geometry geometry_of(const ModelNode& node, std::vector<Message>& messages)
+{
+    language::check_stack();
+    current_progress().check();
+    std::vector<Geometry> parts;
+    for (const ModelNode& child : node.children)
+        if (!child.background) parts.push_back(geometry_of(child, messages));
+    if (node.name == "projection")
+        return projected(node, taken<Solid>(node, parts, messages), messages);
+    if (language::is_extrusion(node.name))
+        return extruded_solid(node, taken<PlaneShape>(node, parts, messages));
+    // What has extent first decides whether the node is plane.
+    const auto first = std::find_if(parts.begin(), parts.end(),
+                                    [](const Geometry& part) { return !is_nothing(part); });
+    const bool plane = first != parts.end() ? std::holds_alternative<PlaneShape>(*first)
+                                            : language::is_plane_node(node.name);
+    if (plane) return plane_shape(node, taken<PlaneShape>(node, parts, messages));
+    return solid_from(node, taken<Solid>(node, parts, messages), messages);
 }
 
 // The first node, in order of the text, that the modifier ! picks.
@@ -292,7 +495,13 @@ const ModelNode& picked(const ModelNode& tree)
 
 Solid to_solid(const ModelNode& tree, std::vector<Message>& messages)
 {
-    return solid_of(picked(tree), messages);
+    const ModelNode& top = picked(tree);
+    Geometry made = geometry_of(top, messages);
+    if (auto* solid = std::get_if<Solid>(&made)) return std::move(*solid);
+    if (!std::get<PlaneShape>(made).region.empty())
+        throw ModelError(*top.file, top.line, top.column,
+                         "the model is a plane shape; extrude it to a solid");
+    return Solid();
 }
 
 }  // namespace genus

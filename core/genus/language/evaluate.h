@@ -163,7 +163,7 @@ private:
     std::size_t n_nodes_ = 0;
     std::size_t depth_ = 0;              // of the statement being run
     const Place* call_place_ = nullptr;  // of the last call, should the stack run out
-    std::string call_name_;
+    Names::Id call_name_ = Argument::kNoName;
     std::uint32_t parent_modules_special_;
 };
 

@@ -538,6 +538,7 @@ bool Evaluator::prepare(const Call& call, Frame* f, Activation& out)
     using TargetKind = Target<FunctionDefinition>::Kind;
     if ((++steps_ & 0xfff) == 0) current_progress().check();
     call_place_ = &call.place;
+    call_name_ = call.name;
     const FunctionDefinition* definition = nullptr;
     Frame* outside = nullptr;
     Value callee;

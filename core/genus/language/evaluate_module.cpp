@@ -92,8 +92,10 @@ ModelNode Evaluator::run()
         for (const Statement* s : scope.block.statements)
             instantiate(*s, root_frame_.get(), root.children);
     } catch (const StackExhausted&) {
-        fail(here(), "recursion without an end" +
-                         (call_name_.empty() ? std::string() : " in " + call_name_));
+        fail(here(),
+             "recursion without an end" + (call_name_ == Argument::kNoName
+                                               ? std::string()
+                                               : " in '" + program_.names[call_name_] + "'"));
     } catch (const OutOfValueMemory&) {
         fail(here(), "the model needs too much memory");
     } catch (const std::bad_alloc&) {
@@ -112,6 +114,8 @@ ModelNode Evaluator::make_node(std::string name, const Statement& s) const
     node.root = s.root;
     node.highlight = s.highlight;
     node.background = s.background;
+    const Value tolerance = special("$tolerance");
+    node.tolerance = tolerance.is_number() ? std::max(tolerance.as_number(), 0.0) : 0.0;
     return node;
 }
 
@@ -146,6 +150,7 @@ void Evaluator::instantiate(const Statement& s, Frame* f, Nodes& out)
     if ((++steps_ & 0xff) == 0) current_progress().check();
     if (++n_nodes_ > kMaxNodes) fail(s.place, "the model has more than 3 million nodes");
     call_place_ = &s.place;
+    call_name_ = s.name;
     if (++depth_ > kMaxDepth) fail(s.place, "nested too deeply");
     dispatch(s, f, out);
     --depth_;

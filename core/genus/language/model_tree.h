@@ -50,6 +50,8 @@ struct ModelNode {
 
     /// Of a round shape: sides of the polyhedron that stands for it, 0 for the exact shape.
     int fragments = 0;
+    /// $tolerance where the node was made, 0 where there is none.
+    double tolerance = 0.0;
 
     ModelNode() = default;
     ModelNode(const ModelNode&) = default;

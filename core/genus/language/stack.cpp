@@ -14,7 +14,7 @@ namespace genus::language {
 
 namespace {
 
-constexpr std::size_t kLargest = std::size_t{128} << 20;
+constexpr std::size_t kLargest = std::size_t{64} << 20;
 constexpr std::size_t kSmallest = std::size_t{16} << 20;
 // Left for calls that do not check: formatting, allocation, unwinding.
 constexpr std::size_t kReserve = std::size_t{1} << 20;

@@ -21,7 +21,7 @@ inline void check_stack()
     if (here < detail::t_stack_limit) throw StackExhausted();
 }
 
-/// Runs `work` on a thread of its own with a stack of at least 16 MB, 128 MB where the system
+/// Runs `work` on a thread of its own with a stack of at least 16 MB, 64 MB where the system
 /// grants it (only what is touched takes memory), and returns when it is done. Exceptions arrive
 /// here. While it runs, the progress of the caller is reported under `stage` about 20 times a
 /// second; it is the current progress of the new thread too, so cancelling stops both.

@@ -28,7 +28,7 @@ TEST(Errors, HaveTheirPlace)
         {"a = 1;\n /* open", 2, 2, "comment is not closed"},
         {"x = 1;\n  foo(3);", 2, 3, "unknown module 'foo'"},
         {"translate([1, 0, 0]) foo();", 1, 22, "unknown module 'foo'"},
-        {"function f(x) = 1 + f(x + 1);\necho(f(1));", 1, 21, "recursion without an end"},
+        {"function f(x) = 1 + f(x + 1);\necho(f(1));", 1, 21, "recursion without an end in 'f'"},
         {"function f(x) = f(x + 1);\ny = f(1);", 1, 17, "recursion: more than 1000000 calls"},
         {"module m() { m(); }\nm();", 1, 14, "recursion: more than 5000 modules"},
         {"\n include <nope.scad>\n", 2, 2, "file 'nope.scad' not found"},
@@ -98,8 +98,9 @@ std::string repeated(const std::string& text, int n)
 
 TEST(Errors, DeepNestingIsNoCrash)
 {
-    const int n = 200'000;
+    const int n = 20'000, more = 400'000;
     const std::string programs[] = {
+        "x = " + repeated("(", more) + "1" + repeated(")", more) + ";",
         "x = " + repeated("(", n) + "1" + repeated(")", n) + ";",
         "x = " + repeated("[", n) + repeated("]", n) + "; echo(len(str(x)), x == x, -x == x);",
         "x = " + repeated("-", n) + "1;",
