@@ -117,7 +117,7 @@ public:
             return genus::quadric(Quadric::from_matrix(q), bounds);
         }
         return genus::quadric(
-            Quadric::from_polynomial(numbers<10>(node_.parameter("coefficients"), "coefficients")),
+            Quadric(numbers<10>(node_.parameter("coefficients"), "coefficients")),
             bounds);
     }
 

@@ -133,6 +133,8 @@ TEST(Fuzz, MutatedProgramsEndWell)
             EXPECT_GE(e.line(), 1);
             EXPECT_GE(e.column(), 1);
             EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+        } catch (const std::exception& e) {
+            FAIL() << e.what() << " of\n" << text;
         }
     }
     EXPECT_GT(good, 0);
@@ -156,6 +158,8 @@ TEST(Fuzz, RandomExpressionsEndWell)
             read_model_text(text, "fuzz.scad", options);
         } catch (const ModelError& e) {
             EXPECT_GE(e.line(), 1);
+        } catch (const std::exception& e) {
+            FAIL() << e.what();
         }
     }
 }
