@@ -548,6 +548,8 @@ public:
                 mesh.constrain(local.at(segments_[i].from), local.at(segments_[i].to),
                                segments_[i].other);
         }
+        // Points of nearly parallel planes make slivers that rounding would turn over.
+        mesh.improve();
         result.corners.reserve(mesh.cells().size());
         for (const auto& cell : mesh.cells()) result.corners.push_back(cell.v);
         result.covers.resize(mesh.cells().size());
