@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kGroupFaces = 24;
 constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
+constexpr double kSmallFace = 0.25;            // diagonal, of the tolerance
+constexpr int kLarge = 4;                      // beside the bits of the two sides
 constexpr double kSmallestBox = 1.0 / 4096.0;  // radius, of the tolerance
 constexpr std::int64_t kMaxListed = 256;
 constexpr std::int64_t kMaxBoxes = 2'000'000;
@@ -61,10 +63,11 @@ public:
             std::vector<char> touched(m_.mesh.n_vertices(), 0);
             for (std::size_t f = 0; f < n; ++f) {
                 pending[f] = 0;
-                for (const int side : {0, 1})
-                    if (open_[f] & (1 << side))
-                        for (const std::int32_t v : m_.mesh.faces[f])
-                            touched[v] = static_cast<char>(touched[v] | 1 << side);
+                if (open_[f] == 0) continue;
+                const bool small =
+                    face_box(static_cast<std::int32_t>(f)).diagonal() <= kSmallFace * tolerance_;
+                for (const std::int32_t v : m_.mesh.faces[f])
+                    touched[v] = static_cast<char>(touched[v] | open_[f] | (small ? 0 : kLarge));
             }
             std::vector<char> changed(m_.mesh.n_vertices(), 0);
             for (std::size_t v = 0; v < touched.size(); ++v)
@@ -377,11 +380,13 @@ private:
 
     bool widen(std::int32_t v, int sides)
     {
+        // Corners of small faces stop half way: a neighbour can still vouch for these.
+        const double limit = (sides & kLarge) != 0 ? tolerance_ : 0.5 * tolerance_;
         bool changed = false;
         for (const std::size_t side : {0u, 1u}) {
             if ((sides >> side & 1) == 0) continue;
             double& a = offset_[v][side];
-            if (a * norm(direction_[v]) >= tolerance_) continue;
+            if (a * norm(direction_[v]) >= limit) continue;
             a = kGrowth * a + rounding_[v];
             changed = true;
         }
@@ -389,7 +394,7 @@ private:
         std::vector<Sign> signs(forms_.size(), Sign{0});
         direction_[v] = choose_direction(v, 4.0 * std::max(offset_[v][0], offset_[v][1]), signs);
         const double length = norm(direction_[v]);
-        for (double& a : offset_[v]) a = std::min(a, tolerance_ / length);
+        for (double& a : offset_[v]) a = std::min(a, limit / length);
         return true;
     }
 

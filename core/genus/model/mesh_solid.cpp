@@ -24,6 +24,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxAttempts = 8;
 constexpr double kFiner = 0.4;
+// Where a place stays doubtful at ever finer cells, this many faces in all are tried.
+constexpr std::size_t kFacesAttempt = 20'000, kGrowthOfFaces = 10;
 constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
 constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
@@ -73,19 +75,26 @@ public:
         CellMesher mesher(formula_, forms_, cube_);
         CellDemands demands;
         demands.max_error = cube_.diagonal();
-        demands.min_size = result_.tolerance / 128.0;
+        demands.min_size = 0.125 * result_.tolerance;
+        std::size_t work = 0, budget = 0;
         for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / kMaxAttempts);
             mesher.refine(demands, 4 * options_.max_triangles + 1000);
             SurfaceMesh mesh = mesher.extract();
             const bool closed = separate_fans(mesh);
             clock_.end("mesh");
-            trouble_ = {{cube_, 0.5 * smallest_cell(mesh)}};
+            budget += kFacesAttempt + (attempt == 0 ? kGrowthOfFaces * mesh.mesh.n_faces() : 0);
+            work += mesh.mesh.n_faces();
+            if (work > budget) break;
+            trouble_ = {{cube_, 0.0}};
             if (closed && reach_tolerance(mesh)) {
                 finish(std::move(mesh));
                 return;
             }
-            demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
+            if (closed)
+                demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
+            else  // other cells everywhere, so that the same roundings do not meet again
+                demands.min_cosine_several = 0.5 + 0.5 * demands.min_cosine_several;
         }
         give_up("the tolerance was not reached");
     }
@@ -163,13 +172,6 @@ private:
         result_.mesh = std::move(mesh.mesh);
     }
 
-    static double smallest_cell(const SurfaceMesh& mesh)
-    {
-        double least = kInfinity;
-        for (const double size : mesh.cell_size) least = std::min(least, size);
-        return least;
-    }
-
     // Asks for cells of half the size round these faces, and for boxes of half theirs.
     void note_trouble(const SurfaceMesh& mesh, const Certificate& c)
     {
@@ -181,7 +183,7 @@ private:
                 box.add(mesh.mesh.vertices[v]);
                 size = std::min(size, mesh.cell_size[v]);
             }
-            trouble_.emplace_back(box.inflated(result_.tolerance), kFiner * size);
+            trouble_.emplace_back(box.inflated(0.25 * box.diagonal()), kFiner * size);
         }
         if (trouble_.empty())
             for (const Box3& box : c.failed) trouble_.emplace_back(box, 0.5 * box.diagonal());
