@@ -826,6 +826,26 @@ TessellatedPatches tessellate(std::span<const Patch> patches, const TessellateOp
     return Tessellation(patches, options).run();
 }
 
+std::vector<std::vector<PatchEdgeUse>> common_edges(std::span<const Patch> patches)
+{
+    EdgeTable table;
+    std::vector<std::vector<PatchEdgeUse>> uses;
+    for (std::size_t p = 0; p < patches.size(); ++p)
+        std::visit(
+            [&](const auto& patch) {
+                for (int k = 0; k < PatchView(patch).edges; ++k) {
+                    const EdgeUse use = table.add(patch.edge(k));
+                    uses.resize(table.classes().size());
+                    uses[use.edge_class].push_back({static_cast<std::int32_t>(p), k, use.forward});
+                }
+            },
+            patches[p]);
+    std::vector<std::vector<PatchEdgeUse>> result;
+    for (std::size_t e = 0; e < uses.size(); ++e)
+        if (!collapsed(table.classes()[e].curve)) result.push_back(std::move(uses[e]));
+    return result;
+}
+
 TessellatedPatches tessellate(const BSplineSurface& surface, const TessellateOptions& options)
 {
     std::vector<Patch> patches;

@@ -49,4 +49,15 @@ struct TessellatedPatches {
 TessellatedPatches tessellate(std::span<const Patch> patches, const TessellateOptions& options);
 TessellatedPatches tessellate(const BSplineSurface& surface, const TessellateOptions& options);
 
+/// An edge as a patch has it: its number there, and whether it runs like the common edge.
+struct PatchEdgeUse {
+    std::int32_t patch;
+    std::int32_t edge;
+    bool forward;
+    bool operator==(const PatchEdgeUse&) const = default;
+};
+/// The edges of all patches, each once, with those who have it; collapsed ones left out. Edges are
+/// one as `tessellate` takes them.
+std::vector<std::vector<PatchEdgeUse>> common_edges(std::span<const Patch> patches);
+
 }  // namespace genus
