@@ -13,6 +13,7 @@ namespace genus {
 
 namespace {
 
+constexpr int kFewFaces = 24;            // of a prism that may go through cells
 constexpr std::size_t kDeepest = 8'000;  // nodes above a leaf
 
 const std::vector<Solid>* parts_of(const Shape& shape)
@@ -31,8 +32,22 @@ const Solid* only_part(const Shape& shape)
     return nullptr;
 }
 
+// The largest factor by which lengths grow, not more than three times too large.
+double stretch(const Transform& t)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) sum += t.m[i][j] * t.m[i][j];
+    return std::sqrt(sum);
+}
+
 class SceneBuilder {
 public:
+    // Smooth parts that reach farther than `region` are cut off there; it holds the whole solid.
+    SceneBuilder(const SmoothMesher& mesher, const Box3& region) : mesher_(mesher), region_(region)
+    {
+    }
+
     BooleanScene build(const Solid& solid)
     {
         const BooleanFormula::Term top = add(solid, Transform{}, 0);
@@ -54,6 +69,7 @@ private:
             return add(moved->part, map * moved->map, depth + 1);
         if (const auto* painted = std::get_if<Colored>(&shape))
             return add(painted->part, map, depth + 1);
+        if (!is_polyhedral(solid) && is_smooth(solid)) return add_smooth(solid, map);
         if (const auto* parts = parts_of(shape)) return add_operator(shape, *parts, map, depth);
         return add_leaf(solid, map);
     }
@@ -63,13 +79,42 @@ private:
     {
         const bool subtracts = std::holds_alternative<Difference>(shape);
         std::vector<BooleanFormula::Term> terms;
-        for (const Solid& part : parts) {
+        for (const Solid& part : joined_smooth_parts(shape, parts)) {
             BooleanFormula::Term term = add(part, map, depth + 1);
             if (subtracts && !terms.empty()) term.negated = !term.negated;
             terms.push_back(term);
         }
         const bool all = subtracts || std::holds_alternative<Intersection>(shape);
         return {scene_.formula.add(all, std::move(terms)), false, false};
+    }
+
+    // The parts of an operator with its smooth ones made one; the first part of a difference stays
+    // by itself.
+    static std::vector<Solid> joined_smooth_parts(const Shape& shape,
+                                                  const std::vector<Solid>& parts)
+    {
+        std::vector<Solid> result, smooth;
+        for (std::size_t n = 0; n < parts.size(); ++n) {
+            const bool stays = n == 0 && std::holds_alternative<Difference>(shape);
+            const bool joins = !stays && !is_polyhedral(parts[n]) && is_smooth(parts[n]);
+            (joins ? smooth : result).push_back(parts[n]);
+        }
+        if (smooth.empty()) return result;
+        result.push_back(std::holds_alternative<Intersection>(shape) ? intersect(std::move(smooth))
+                                                                     : unite(std::move(smooth)));
+        return result;
+    }
+
+    BooleanFormula::Term add_smooth(const Solid& solid, const Transform& map)
+    {
+        Solid placed = map.is_identity() ? solid : transformed(solid, map);
+        if (!placed.bounds().bounded())
+            placed =
+                intersect({placed, transformed(cube(region_.size()), translation(region_.min))});
+        IndexedMesh mesh;
+        scene_.deviation = std::max(scene_.deviation, mesher_(placed, mesh));
+        scene_.operands.push_back(std::move(mesh));
+        return {static_cast<std::int32_t>(scene_.operands.size()) - 1, true, false};
     }
 
     BooleanFormula::Term add_leaf(const Solid& solid, const Transform& map)
@@ -87,10 +132,15 @@ private:
         if (determinant(map) < 0.0)
             for (Triangle& f : mesh.faces) std::swap(f[1], f[2]);
         scene_.operands.push_back(std::move(mesh));
-        if (std::holds_alternative<Polyhedron>(shape)) scene_.clean_operands = false;
+        if (const auto* given = std::get_if<Polyhedron>(&shape)) {
+            scene_.clean_operands = false;
+            scene_.deviation = std::max(scene_.deviation, given->deviation * stretch(map));
+        }
         return {number, true, false};
     }
 
+    const SmoothMesher& mesher_;
+    Box3 region_;
     BooleanScene scene_;
     std::unordered_map<const Node*, IndexedMesh> leaves_;  // a shape used often is meshed once
 };
@@ -114,9 +164,8 @@ double largest_deviation(const BooleanScene& scene, const MeshBooleanResult& mad
     return largest;
 }
 
-}  // namespace
-
-bool is_polyhedral(const Solid& solid)
+template <typename Holds>
+bool every_shape(const Solid& solid, const Holds& holds)
 {
     std::vector<const Solid*> open{&solid};
     std::unordered_map<const Node*, bool> seen;
@@ -129,20 +178,38 @@ bool is_polyhedral(const Solid& solid)
             for (const Solid& part : *parts) open.push_back(&part);
         } else if (const Solid* part = only_part(shape)) {
             open.push_back(part);
-        } else if (!is_faceted(shape) && !std::holds_alternative<Empty>(shape)) {
+        } else if (!holds(shape)) {
             return false;
         }
     }
     return true;
 }
 
-BooleanScene boolean_scene(const Solid& solid)
+}  // namespace
+
+bool is_polyhedral(const Solid& solid)
 {
-    require(is_polyhedral(solid), "boolean: the tree has shapes that are no polyhedra");
-    return SceneBuilder().build(solid);
+    return every_shape(solid, [](const Shape& shape) {
+        return is_faceted(shape) || std::holds_alternative<Empty>(shape);
+    });
 }
 
-void mesh_by_boolean(const Solid& solid, MeshedSolid& result)
+bool is_smooth(const Solid& solid)
+{
+    return every_shape(solid, [](const Shape& shape) {
+        if (const auto* s = std::get_if<Cylinder>(&shape)) return s->fragments <= kFewFaces;
+        if (const auto* s = std::get_if<Sphere>(&shape)) return s->fragments == 0;
+        return !std::holds_alternative<Polyhedron>(shape);
+    });
+}
+
+BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesher& mesher)
+{
+    return SceneBuilder(mesher, box.inflated(0.125 * box.diagonal())).build(solid);
+}
+
+void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
+                     MeshedSolid& result)
 {
     double last = seconds_now();
     const auto end_stage = [&](const char* stage) {
@@ -151,7 +218,7 @@ void mesh_by_boolean(const Solid& solid, MeshedSolid& result)
         last = now;
     };
     result.method = "boolean";
-    const BooleanScene scene = boolean_scene(solid);
+    const BooleanScene scene = boolean_scene(solid, box, mesher);
     end_stage("leaves");
     MeshBooleanOptions options;
     options.operands_may_cross_themselves = !scene.clean_operands;
@@ -168,14 +235,16 @@ void mesh_by_boolean(const Solid& solid, MeshedSolid& result)
         bounds(made.mesh).empty()
             ? 0.0
             : 0x1p-51 * (norm(bounds(made.mesh).min) + norm(bounds(made.mesh).max));
-    result.error.bound = snapped + rounded + digits;
-    result.error.certified = report.largest_snap == 0.0;
-    result.error.parts = {{"rounding", rounded + digits}, {"snapping", snapped}};
+    result.error.bound = scene.deviation + snapped + rounded + digits;
+    result.error.certified = report.largest_snap == 0.0 && scene.deviation == 0.0;
+    result.error.parts = {{"curved operands", scene.deviation},
+                          {"rounding", rounded + digits},
+                          {"snapping", snapped}};
     if (result.error.bound > result.tolerance)
-        throw ToleranceNotMet("mesh: the corners of the polyhedra move by up to " +
-                                  to_text(result.error.bound) + " on the integer grid, asked for " +
+        throw ToleranceNotMet("mesh: the boolean of the parts is within " +
+                                  to_text(result.error.bound) + " only, asked for " +
                                   to_text(result.tolerance),
-                              result.tolerance, result.error.bound, {solid.bounds()});
+                              result.tolerance, result.error.bound, {box});
     result.explanation.add("faces that nothing touches passed through", report.n_passive_faces,
                            "faces");
     result.mesh = std::move(made.mesh);

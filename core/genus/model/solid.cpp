@@ -65,6 +65,7 @@ struct HashShape {
     }
     void operator()(const Polyhedron& s) const
     {
+        h.add(s.deviation);
         h.add(std::uint64_t{s.mesh->n_vertices()});
         for (const Vec3& v : s.mesh->vertices) h.add(v);
         for (std::int64_t start : s.mesh->starts) h.add(static_cast<std::uint64_t>(start));
@@ -492,7 +493,7 @@ Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds)
     return make(shape, quadric_box(shape, Transform{}));
 }
 
-Solid polyhedron(PolygonMesh mesh)
+Solid polyhedron(PolygonMesh mesh, double deviation)
 {
     for (const Vec3& v : mesh.vertices)
         require(is_finite(v), "polyhedron: a coordinate is not finite");
@@ -505,7 +506,10 @@ Solid polyhedron(PolygonMesh mesh)
                 std::is_sorted(mesh.starts.begin(), mesh.starts.end()),
             "polyhedron: face table is broken");
     if (mesh.n_faces() == 0) return Solid();
-    return primitive(Polyhedron{std::make_shared<const PolygonMesh>(std::move(mesh))});
+    require(deviation >= 0.0 && std::isfinite(deviation), "polyhedron: deviation", deviation,
+            "zero or positive");
+    return primitive(
+        Polyhedron{std::make_shared<const PolygonMesh>(std::move(mesh)), deviation});
 }
 
 Solid unite(std::vector<Solid> parts)

@@ -88,7 +88,12 @@ struct QuadricShape {
 };
 struct Polyhedron {
     std::shared_ptr<const PolygonMesh> mesh;
-    bool operator==(const Polyhedron& o) const { return mesh == o.mesh || *mesh == *o.mesh; }
+    /// How far the mesh may be from a curved shape that it stands for.
+    double deviation = 0.0;
+    bool operator==(const Polyhedron& o) const
+    {
+        return deviation == o.deviation && (mesh == o.mesh || *mesh == *o.mesh);
+    }
 };
 
 struct Union {
@@ -158,7 +163,9 @@ Solid half_space(const Vec3& normal, double offset);
 Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds = std::nullopt);
 /// A closed mesh as a solid. Checks indices and finiteness only; whether it is closed and oriented
 /// is checked by whoever needs it, with the face named.
-Solid polyhedron(PolygonMesh mesh);
+/// `deviation`, if not zero, is the distance to the curved shape that the mesh stands for; it goes
+/// into the error of what is made of it.
+Solid polyhedron(PolygonMesh mesh, double deviation = 0.0);
 
 /// Empty parts are dropped; the union of none is empty.
 Solid unite(std::vector<Solid> parts);

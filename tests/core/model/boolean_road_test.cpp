@@ -71,11 +71,55 @@ TEST(BooleanRoad, PlanningDoesNotChangeTheSet)
     EXPECT_FALSE(with.explanation.entries.empty());
 }
 
-TEST(BooleanRoad, RoundShapesAndBadPolyhedraAreRefusedByName)
+// An L-shaped prism: not convex, so no function of planes.
+Solid angle_profile()
 {
+    PolygonMesh mesh;
+    const double xy[6][2] = {{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 4}, {0, 4}};
+    for (const double z : {0.0, 3.0})
+        for (const auto& p : xy) mesh.vertices.push_back({{p[0], p[1], z}});
+    const std::int32_t bottom[] = {5, 4, 3, 2, 1, 0}, top[] = {6, 7, 8, 9, 10, 11};
+    mesh.add_face(bottom);
+    mesh.add_face(top);
+    for (std::int32_t i = 0; i < 6; ++i) {
+        const std::int32_t j = (i + 1) % 6;
+        const std::int32_t wall[] = {i, j, j + 6, i + 6};
+        mesh.add_face(wall);
+    }
+    return polyhedron(mesh);
+}
+
+TEST(BooleanRoad, RoundBoresGoThroughAnyPolyhedron)
+{
+    const Solid bored = subtract({angle_profile(), at(2.5, 0.5, -1, cylinder(5, 0.25, 0.25)),
+                                  at(0.5, 2.5, -1, cylinder(5, 0.25, 0.25))});
     MeshOptions options;
-    options.method = MeshMethod::Boolean;
-    EXPECT_THROW(mesh_solid(subtract({cube({{1, 1, 1}}), sphere(0.5)}), options), InvalidInput);
+    options.tolerance = 1e-3;
+    const MeshedSolid made = mesh_solid(bored, options);
+    EXPECT_EQ(made.method, "boolean");
+    EXPECT_TRUE(validate(made.mesh).ok());
+    EXPECT_EQ(topology(made.mesh).genus, 2);
+    EXPECT_NEAR(volume(made.mesh), 21 - 2 * 3 * 0.0625 * 3.14159265358979, 1e-3 * 2 * 3 * 1.6);
+    EXPECT_FALSE(made.error.certified);
+    EXPECT_LE(made.error.bound, 1e-3);
+    EXPECT_GT(made.error.bound, 0.0);
+}
+
+TEST(BooleanRoad, UnboundedPartsAreCutOffAtTheSolid)
+{
+    const Solid part =
+        intersect({angle_profile(), half_space({{0, 0, 1}}, 1.0), quadric(Quadric::cylinder(3.0))});
+    MeshOptions options;
+    options.tolerance = 1e-3;
+    const MeshedSolid made = mesh_solid(part, options);
+    EXPECT_TRUE(validate(made.mesh).ok());
+    const Box3 box = bounds(made.mesh);
+    EXPECT_NEAR(box.max[2], 1.0, 1e-12);
+    EXPECT_NEAR(box.max[0], 3.0, 1e-3);
+}
+
+TEST(BooleanRoad, BadPolyhedraAreRefused)
+{
     PolygonMesh open;
     open.vertices = {{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}};
     for (const Triangle& f : {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{1, 2, 3}})
