@@ -1,5 +1,7 @@
 #include "genus/deform/ffd_bulk.h"
 
+#include "genus/patch/bulk.h"
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define GENUS_WIDE_VECTORS 1
 #endif
@@ -34,8 +36,7 @@ using Pack = double __attribute__((vector_size(32)));
 void deform(const FfdData& f, const double* in, std::size_t count, double* out)
 {
 #ifdef GENUS_WIDE_VECTORS
-    static const bool has_wide = __builtin_cpu_supports("avx2") != 0;
-    if (has_wide) return wide::run(f, in, count, out);
+    if (wide_vectors()) return wide::run(f, in, count, out);
 #endif
     narrow::run(f, in, count, out);
 }

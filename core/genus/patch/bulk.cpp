@@ -1,5 +1,6 @@
 #include "genus/patch/bulk.h"
 
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -42,13 +43,9 @@ inline Pack square_root(Pack x)
 #include "genus/patch/bulk_kernels.inc"
 }  // namespace wide
 #pragma GCC pop_options
-
-bool has_wide()
-{
-    static const bool has = __builtin_cpu_supports("avx2") != 0;
-    return has;
-}
 #endif
+
+std::atomic<bool> narrow_forced{false};
 
 std::vector<double> binomials(int n)
 {
@@ -78,9 +75,24 @@ double least_tangent(const double* c, std::size_t points, int dim)
 
 }  // namespace
 
+void force_narrow_vectors(bool force)
+{
+    narrow_forced = force;
+}
+
+bool wide_vectors()
+{
+#ifdef GENUS_WIDE_VECTORS
+    static const bool has = __builtin_cpu_supports("avx2") != 0;
+    return has && !narrow_forced;
+#else
+    return false;
+#endif
+}
+
 #ifdef GENUS_WIDE_VECTORS
 #define GENUS_DISPATCH(function, ...) \
-    (has_wide() ? wide::function(__VA_ARGS__) : narrow::function(__VA_ARGS__))
+    (wide_vectors() ? wide::function(__VA_ARGS__) : narrow::function(__VA_ARGS__))
 #else
 #define GENUS_DISPATCH(function, ...) narrow::function(__VA_ARGS__)
 #endif

@@ -6,6 +6,11 @@
 // operations in the same order whatever the vector width: results have the same bits everywhere.
 namespace genus::bulk {
 
+/// For tests: work with the narrowest vectors, as on a machine that has no others.
+void force_narrow_vectors(bool force);
+/// True if wide vectors are there and not forbidden.
+bool wide_vectors();
+
 /// Points of a curve with n + 1 control points of `dim` (3 or 4) doubles each. With dim = 4 the
 /// first three coordinates are divided by the fourth. `out` holds three doubles a parameter.
 ///

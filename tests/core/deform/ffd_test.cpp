@@ -7,6 +7,7 @@
 
 #include "core/patch/reference.h"
 #include "genus/base/error.h"
+#include "genus/patch/bulk.h"
 
 namespace genus {
 namespace {
@@ -241,6 +242,21 @@ TEST(Lattice, RefusesBadArguments)
     EXPECT_TRUE(std::isnan(l.apply({{std::nan(""), 0, 0}})[0]));
 }
 
+TEST(Lattice, GivesTheSameBitsWithAnyVectorWidth)
+{
+    std::mt19937_64 random(121);
+    for (const auto& degree : {std::array{3, 3, 3}, {7, 7, 7}, {1, 2, 5}}) {
+        const Lattice l = random_lattice(random, degree, 0.5);
+        std::vector<Vec3> x(101), wide(101), narrow(101);
+        for (Vec3& p : x) p = random_vec(random, 3.0);
+        l.apply(x, wide);
+        bulk::force_narrow_vectors(true);
+        l.apply(x, narrow);
+        bulk::force_narrow_vectors(false);
+        EXPECT_EQ(wide, narrow);
+    }
+}
+
 TEST(LatticeSpeed, MillionPoints)
 {
     if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
@@ -252,6 +268,10 @@ TEST(LatticeSpeed, MillionPoints)
         const double s = reference::cpu_seconds(5, [&] { l.apply(x, y); });
         std::printf("%d^3 control points: %.4f s\n", degree + 1, s);
         EXPECT_LE(s, degree == 3 ? 0.04 : 0.15);
+        bulk::force_narrow_vectors(true);
+        const double slow = reference::cpu_seconds(3, [&] { l.apply(x, y); });
+        bulk::force_narrow_vectors(false);
+        std::printf("    with narrow vectors: %.4f s\n", slow);
     }
     const Lattice l = random_lattice(random, {3, 3, 3}, 0.3, true);
     const double s = reference::cpu_seconds(3, [&] { l.apply(x, y); });

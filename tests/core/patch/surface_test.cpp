@@ -8,6 +8,7 @@
 #include "genus/base/error.h"
 #include "genus/patch/bezier_triangle.h"
 #include "genus/patch/bspline_surface.h"
+#include "genus/patch/bulk.h"
 #include "genus/patch/tensor_patch.h"
 
 namespace genus {
@@ -380,6 +381,50 @@ TEST(Surfaces, RefuseBadArguments)
     EXPECT_THROW(s.part(0.5, 0.5, 0, 1), InvalidInput);
 }
 
+// All bulk loops, run by `work`, with either width.
+template <class Work>
+void expect_same_bits(const Work& work)
+{
+    const std::vector<Vec3> wide = work();
+    bulk::force_narrow_vectors(true);
+    const std::vector<Vec3> narrow = work();
+    bulk::force_narrow_vectors(false);
+    EXPECT_EQ(wide, narrow);
+}
+
+TEST(Bulk, GivesTheSameBitsWithAnyVectorWidth)
+{
+    std::mt19937_64 random(100);
+    std::vector<double> u, v;
+    for (const bool rational : {false, true})
+        for (const int n : {2, 3, 4, 9}) {
+            const TensorPatch patch = random_tensor(random, n, n + 1, rational);
+            const TensorPatch square = random_tensor(random, 3, 3, rational);
+            const BezierTriangle triangle = random_triangle(random, n, rational);
+            const BezierCurve curve = square.edge(0).elevated(n);
+            random_domain(random, 101, true, u, v);
+            expect_same_bits([&] {
+                std::vector<Vec3> p(u.size()), all;
+                auto normals = p;
+                const auto keep = [&] {
+                    all.insert(all.end(), p.begin(), p.end());
+                    all.insert(all.end(), normals.begin(), normals.end());
+                };
+                patch.evaluate(u, v, p, normals);
+                keep();
+                square.evaluate(u, v, p, normals);
+                keep();
+                patch.evaluate(u, v, p);
+                keep();
+                triangle.evaluate(u, v, p, normals);
+                keep();
+                curve.evaluate(u, p);
+                keep();
+                return all;
+            });
+        }
+}
+
 TEST(SurfaceSpeed, MillionPoints)
 {
     if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
@@ -399,6 +444,10 @@ TEST(SurfaceSpeed, MillionPoints)
                 tensor, triangle, with);
     EXPECT_LE(tensor, 0.03);
     EXPECT_LE(triangle, 0.05);
+    bulk::force_narrow_vectors(true);
+    const double slow = reference::cpu_seconds(5, [&] { bicubic.evaluate(u, v, points, normals); });
+    bulk::force_narrow_vectors(false);
+    std::printf("bicubic with normals, narrow vectors %.4f s\n", slow);
 }
 
 }  // namespace
