@@ -27,7 +27,11 @@ std::int32_t Sources::add(const std::string& path, const std::string& shown)
 
 void fail(const Sources& sources, const Place& place, const std::string& problem)
 {
-    throw ModelError(*sources[place.file].path, place.line, place.column, problem);
+    // One line, whatever texts of the model it quotes.
+    std::string line = problem;
+    for (char& c : line)
+        if (c == '\n' || c == '\r') c = ' ';
+    throw ModelError(*sources[place.file].path, place.line, place.column, line);
 }
 
 void Diagnostics::echo(const Place& place, const std::string& text)

@@ -85,6 +85,8 @@ ModelNode Evaluator::run()
     ModelNode root;
     root.name = "root";
     root.file = program_.sources[start.file].path;
+    root.line = start.line;
+    root.column = start.column;
     const auto here = [&] { return call_place_ ? *call_place_ : start; };
     try {
         root_frame_ = FrameHold(make_frame(scope.block.n_slots, nullptr));

@@ -15,6 +15,15 @@ constexpr std::size_t kMaxUsedFiles = 10'000;
 
 using Kind = Token::Kind;
 
+// What fits on one line of a text.
+std::string quoted_start(const std::string& text)
+{
+    std::string start = text.substr(0, std::min<std::size_t>(text.find_first_of("\r\n"), 40));
+    for (char& c : start)
+        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+    return '"' + start + (start.size() < text.size() ? "..." : "") + '"';
+}
+
 std::string describe(const Token& token, const TokenText& text, const Names& names)
 {
     switch (token.kind) {
@@ -23,7 +32,7 @@ std::string describe(const Token& token, const TokenText& text, const Names& nam
         case Kind::Number:
             return "number";
         case Kind::String:
-            return "string \"" + text.strings[token.id].substr(0, 40) + "\"";
+            return "string " + quoted_start(text.strings[token.id]);
         case Kind::LessEqual:
             return "'<='";
         case Kind::GreaterEqual:
