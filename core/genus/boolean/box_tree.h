@@ -55,7 +55,8 @@ public:
     template <class Visit>
     void query(const FloatBox& box, const Visit& visit) const;
 
-    std::size_t size() const { return items_.size(); }
+    /// The items in Morton order.
+    const std::vector<std::int32_t>& order() const { return items_; }
 
 private:
     struct Node {

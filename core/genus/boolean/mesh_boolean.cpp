@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -326,11 +327,12 @@ std::optional<Solved> solve(const Soup& soup, const Frame& frame, const BooleanF
     }
 }
 
+using Meshes = std::vector<const IndexedMesh*>;
+
 // All of one call: operands made ready, their components and the clusters of these.
 class Call {
 public:
-    Call(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
-         const MeshBooleanOptions& options)
+    Call(const Meshes& operands, const BooleanFormula& formula, const MeshBooleanOptions& options)
         : meshes_(operands), formula_(formula), options_(options)
     {
     }
@@ -338,11 +340,10 @@ public:
     MeshBooleanResult run()
     {
         const auto n = static_cast<Index>(meshes_.size());
-        formula_.check(n);
         ready_.resize(n);
         parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                ready_[i] = exact::close_operand(meshes_[i], static_cast<Index>(i));
+                ready_[i] = exact::close_operand(*meshes_[i], static_cast<Index>(i));
         });
         find_clusters();
         for (Index c = 0; c < n_clusters_; ++c) {
@@ -371,7 +372,7 @@ private:
         for (std::size_t i = 0; i < ready_.size(); ++i)
             for (std::size_t f = 0; f < ready_[i].faces.size(); ++f)
                 for (const Index v : ready_[i].faces[f])
-                    boxes[start[i] + ready_[i].component[f]].add(meshes_[i].vertices[v]);
+                    boxes[start[i] + ready_[i].component[f]].add(meshes_[i]->vertices[v]);
         DisjointSets sets(start.back());
         std::vector<exact::FloatBox> rough;
         for (const Box3& b : boxes)
@@ -441,7 +442,7 @@ private:
     {
         const auto& faces = result_.mesh.faces;
         for (std::size_t f = faces.size() - n; f < faces.size(); ++f) {
-            const IndexedMesh& from = meshes_[result_.operand[f]];
+            const IndexedMesh& from = *meshes_[result_.operand[f]];
             const Triangle& t = from.faces[result_.source_face[f]];
             const Vec3* p[3];
             for (int i = 0; i < 3; ++i) p[i] = &from.vertices[t[i]];
@@ -463,7 +464,7 @@ private:
             vertex_.resize(meshes_.size());
             for (std::size_t i = 0; i < meshes_.size(); ++i) {
                 place_[i].assign(ready_[i].faces.size(), -1);
-                vertex_[i].assign(meshes_[i].vertices.size(), -1);
+                vertex_[i].assign(meshes_[i]->vertices.size(), -1);
             }
         }
         for (const auto& [i, f] : faces) {
@@ -477,7 +478,7 @@ private:
                 if (vertex_[i][v] >= 0) continue;
                 double off = 0.0;
                 vertex_[i][v] = static_cast<Index>(soup.points.size());
-                Vec3 p = frame.to_grid(meshes_[i].vertices[v], off);
+                Vec3 p = frame.to_grid(meshes_[i]->vertices[v], off);
                 if (bits > 0) {
                     const Vec3 q = frame.coarsened(p, bits);
                     for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(q[k] - p[k]));
@@ -539,7 +540,7 @@ private:
         to.source_face.insert(to.source_face.end(), solved.source.begin(), solved.source.end());
     }
 
-    std::span<const IndexedMesh> meshes_;
+    const Meshes& meshes_;
     const BooleanFormula& formula_;
     const MeshBooleanOptions& options_;
     std::vector<ClosedOperand> ready_;
@@ -551,12 +552,180 @@ private:
     MeshBooleanResult result_;
 };
 
+// Unions of many operands, solved in groups of neighbours: what lies inside a group is gone before
+// groups meet, so that the work grows with the surface and not with the square of the overlaps.
+class Batches {
+public:
+    Batches(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
+            const MeshBooleanOptions& options)
+        : formula_(formula), options_(options)
+    {
+        for (const IndexedMesh& mesh : operands) solids_.push_back({&mesh, {}});
+    }
+
+    MeshBooleanResult run()
+    {
+        // So that a refusal names the operand as it was given.
+        for (std::size_t i = 0; i < solids_.size(); ++i)
+            exact::close_operand(solids_[i].mesh(), static_cast<Index>(i));
+        std::vector<Index> uses(solids_.size(), 0);
+        for (const auto& instruction : formula_.instructions)
+            for (const auto& term : instruction.terms)
+                if (term.is_operand) ++uses[term.index];
+        for (auto& instruction : formula_.instructions) shorten(instruction, uses);
+        renumber_operands();
+        MeshBooleanResult result = Call(meshes(named_), formula_, options_).run();
+        trace(named_, result);
+        add(result.report);
+        result.report = report_;
+        return result;
+    }
+
+private:
+    struct Solid {
+        const IndexedMesh* given;                 // or null
+        std::shared_ptr<MeshBooleanResult> made;  // its faces name operands given
+        const IndexedMesh& mesh() const { return given ? *given : made->mesh; }
+    };
+
+    Meshes meshes(const std::vector<Index>& numbers) const
+    {
+        Meshes list;
+        for (const Index i : numbers) list.push_back(&solids_[i].mesh());
+        return list;
+    }
+
+    // From the operands of one step, which are the solids `numbers`, to those given.
+    void trace(const std::vector<Index>& numbers, MeshBooleanResult& result) const
+    {
+        for (std::size_t f = 0; f < result.operand.size(); ++f) {
+            const Index solid = numbers[result.operand[f]];
+            result.operand[f] = solid;
+            if (const auto& made = solids_[solid].made) {
+                result.operand[f] = made->operand[result.source_face[f]];
+                result.source_face[f] = made->source_face[result.source_face[f]];
+            }
+        }
+    }
+
+    void add(const MeshBooleanReport& r)
+    {
+        report_.grid_step = std::max(report_.grid_step, r.grid_step);
+        report_.largest_snap += r.largest_snap;
+        report_.n_components += r.n_components;
+        report_.n_clusters += r.n_clusters;
+        report_.n_candidate_pairs += r.n_candidate_pairs;
+        report_.n_contacts += r.n_contacts;
+        report_.n_passive_faces += r.n_passive_faces;
+        report_.n_cells += r.n_cells;
+        report_.n_new_points += r.n_new_points;
+        report_.n_mended += r.n_mended;
+        ++report_.n_steps;
+    }
+
+    // The operands of a long union, or of a long list of things taken away, are united first.
+    void shorten(BooleanFormula::Instruction& instruction, const std::vector<Index>& uses)
+    {
+        std::vector<BooleanFormula::Term> others;
+        std::vector<Index> list;
+        for (const auto& term : instruction.terms) {
+            if (term.is_operand && uses[term.index] == 1 &&
+                term.negated == instruction.is_intersection)
+                list.push_back(term.index);
+            else
+                others.push_back(term);
+        }
+        if (static_cast<Index>(list.size()) <= options_.largest_union) return;
+        sort_in_space(list);
+        while (list.size() > kGroup) list = unite_groups(list);
+        for (const Index i : list) others.push_back({i, true, instruction.is_intersection});
+        instruction.terms = std::move(others);
+    }
+
+    void sort_in_space(std::vector<Index>& list) const
+    {
+        std::vector<exact::FloatBox> boxes;
+        for (const Index i : list) {
+            Box3 box;
+            for (const Vec3& p : solids_[i].mesh().vertices) box.add(p);
+            if (!box.bounded() || box.empty()) box = Box3{{}, {}};
+            boxes.push_back(exact::box_of(box.min, box.max, box.min));
+        }
+        std::vector<Index> sorted;
+        const exact::BoxTree tree(std::move(boxes), {});
+        for (const Index i : tree.order()) sorted.push_back(list[i]);
+        list = std::move(sorted);
+    }
+
+    std::vector<Index> unite_groups(const std::vector<Index>& list)
+    {
+        const std::size_t n = (list.size() + kGroup - 1) / kGroup;
+        std::vector<std::shared_ptr<MeshBooleanResult>> made(n);
+        std::vector<std::vector<Index>> groups(n);
+        parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t g = begin; g < end; ++g) {
+                groups[g].assign(list.begin() + static_cast<std::ptrdiff_t>(g * kGroup),
+                                 list.begin() + static_cast<std::ptrdiff_t>(
+                                                    std::min(list.size(), (g + 1) * kGroup)));
+                const auto formula = BooleanFormula::union_of(static_cast<Index>(groups[g].size()));
+                made[g] = std::make_shared<MeshBooleanResult>(
+                    Call(meshes(groups[g]), formula, options_).run());
+                trace(groups[g], *made[g]);
+            }
+        });
+        std::vector<Index> united;
+        for (std::size_t g = 0; g < n; ++g) {
+            for (const Index i : groups[g]) solids_[i].made.reset();
+            add(made[g]->report);
+            united.push_back(static_cast<Index>(solids_.size()));
+            solids_.push_back({nullptr, std::move(made[g])});
+        }
+        return united;
+    }
+
+    void renumber_operands()
+    {
+        std::vector<Index> number(solids_.size(), -1);
+        for (auto& instruction : formula_.instructions)
+            for (auto& term : instruction.terms) {
+                if (!term.is_operand) continue;
+                Index& known = number[term.index];
+                if (known < 0) {
+                    known = static_cast<Index>(named_.size());
+                    named_.push_back(term.index);
+                }
+                term.index = known;
+            }
+    }
+
+    static constexpr std::size_t kGroup = 8;
+
+    BooleanFormula formula_;
+    const MeshBooleanOptions& options_;
+    std::vector<Solid> solids_;  // those given, then those made
+    std::vector<Index> named_;   // the solids that the formula names in the end
+    MeshBooleanReport report_;
+};
+
+bool has_long_union(const BooleanFormula& formula, Index longest)
+{
+    return std::any_of(formula.instructions.begin(), formula.instructions.end(),
+                       [&](const auto& instruction) {
+                           return static_cast<Index>(instruction.terms.size()) > longest;
+                       });
+}
+
 }  // namespace
 
 MeshBooleanResult mesh_boolean(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
                                const MeshBooleanOptions& options)
 {
-    return Call(operands, formula, options).run();
+    formula.check(static_cast<Index>(operands.size()));
+    if (has_long_union(formula, options.largest_union))
+        return Batches(operands, formula, options).run();
+    Meshes meshes;
+    for (const IndexedMesh& mesh : operands) meshes.push_back(&mesh);
+    return Call(meshes, formula, options).run();
 }
 
 IndexedMesh unite(std::span<const IndexedMesh> operands)

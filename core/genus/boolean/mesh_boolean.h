@@ -19,6 +19,9 @@ struct MeshBooleanOptions {
     /// How far the corners of operands may be moved, as a share of the size of their cluster,
     /// where faces so nearly coincide that the result could not be written in doubles.
     double most_snap = 1e-9;
+    /// Unions of more operands than this, and subtractions of more, are solved in groups of
+    /// neighbours first, each group exactly; corners between groups are rounded once a step.
+    std::int32_t largest_union = 32;
 };
 
 struct MeshBooleanReport {
@@ -33,6 +36,8 @@ struct MeshBooleanReport {
     std::int64_t n_passive_faces = 0;  // input faces that nothing touches
     std::int64_t n_cells = 0;          // pieces of the others
     std::int64_t n_new_points = 0;
+    /// Groups solved on the way, see `largest_union`; counts above are sums over them.
+    std::int64_t n_steps = 0;
     /// Times that the rounded result crossed itself and was solved once more.
     std::int64_t n_mended = 0;
 };
