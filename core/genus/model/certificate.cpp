@@ -18,6 +18,7 @@ constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
 constexpr double kSmallFace = 0.25;            // diagonal, of the tolerance
 constexpr int kLarge = 4;                      // beside the bits of the two sides
+constexpr double kSmallBox = 1.0 / 16.0;       // radius, of the tolerance
 constexpr double kSmallestBox = 1.0 / 4096.0;  // radius, of the tolerance
 constexpr std::int64_t kMaxListed = 256;
 constexpr std::int64_t kMaxBoxes = 2'000'000;
@@ -428,6 +429,7 @@ public:
 
     void run(const Box3& cube, const SignFormula& formula, Certificate& c)
     {
+        enough_ = std::min(tolerance_, std::max(c.bound, 0.25 * tolerance_));
         std::vector<Item> level{{cube, formula}};
         while (!level.empty() && c.n_failed <= kMaxListed && c.n_boxes <= kMaxBoxes) {
             c.n_boxes += static_cast<std::int64_t>(level.size());
@@ -487,18 +489,19 @@ private:
         if (here.constant() != 0) return {};
         const double radius = 0.5 * item.box.diagonal();
         const Vec3 c = item.box.center();
+        const Ways ways = find_ways(item, here, signs);
+        // If the ends have the wrong sign, no point of the box is on the surface.
+        if (ways.found && (ways.none || (outer_.winding_number(ways.inside) == 1 &&
+                                         inner_.winding_number(ways.outside) == 0)))
+            return {};
         if (radius <= 0.5 * tolerance_) {
+            // Nearness counts towards the bound, so it should not be had too cheaply.
             const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
-            if (d <= tolerance_) return {Outcome::Done, d};
+            if (d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
+                return {Outcome::Done, d};
             if (radius <= kSmallestBox * tolerance_) return {Outcome::Failed};
         }
-        const Ways ways = find_ways(item, here, signs);
-        if (!ways.found) return {Outcome::Open};
-        // If the ends have the wrong sign, no point of the box is on the surface.
-        if (ways.none ||
-            (outer_.winding_number(ways.inside) == 1 && inner_.winding_number(ways.outside) == 0))
-            return {};
-        return {far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
+        return {ways.found && far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
     }
 
     bool far_from_mesh(const Vec3& c, double radius) const
@@ -610,6 +613,7 @@ private:
     BoxTree open_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
+    double enough_ = 0.0;
     double nearness_ = 0.0;
 };
 
