@@ -144,7 +144,8 @@ std::pair<std::size_t, std::size_t> range_of(const std::vector<T>& list, K T::*k
 // What cutting one group of coplanar faces gives, with corners numbered by the group.
 struct GroupCells {
     std::vector<Triangle> corners;
-    std::vector<std::vector<Arrangement::Cover>> covers;  // empty list: not covered
+    /// By cell; an empty list: not covered. Left out where one face covers all.
+    std::vector<std::vector<Arrangement::Cover>> covers;
     std::vector<Index> known;  // group's number of a point: its number, or -1 - new one
     std::deque<ExactPoint> created;
 };
@@ -432,6 +433,14 @@ public:
         }
     }
 
+    // Adds a cover to the cell that comes next.
+    void cover_cell(const Arrangement::Cover& cover)
+    {
+        out_.covers.push_back(cover);
+        if (out_.first_cell[cover.face] < 0)
+            out_.first_cell[cover.face] = static_cast<Index>(out_.cells.size());
+    }
+
     void collect(const GroupCells& group, Index plane_face)
     {
         std::vector<Index> number(group.known.size());
@@ -440,17 +449,16 @@ public:
                                             : table_.add(group.created[-1 - group.known[i]]);
         const std::size_t first = out_.cells.size();
         for (std::size_t c = 0; c < group.corners.size(); ++c) {
-            if (group.covers[c].empty()) continue;
+            if (!group.covers.empty() && group.covers[c].empty()) continue;
             Arrangement::Cell cell;
             for (int i = 0; i < 3; ++i) cell.corners[i] = number[group.corners[c][i]];
             cell.plane = plane_face;
             cell.cut = group.corners.size() > 1;
             cell.covers_begin = static_cast<Index>(out_.covers.size());
-            for (const auto& cover : group.covers[c]) {
-                out_.covers.push_back(cover);
-                if (out_.first_cell[cover.face] < 0)
-                    out_.first_cell[cover.face] = static_cast<Index>(out_.cells.size());
-            }
+            if (group.covers.empty())
+                cover_cell({plane_face, 1});
+            else
+                for (const auto& cover : group.covers[c]) cover_cell(cover);
             cell.covers_end = static_cast<Index>(out_.covers.size());
             out_.cells.push_back(cell);
         }
@@ -476,7 +484,6 @@ public:
         GroupCells result;
         if (whole) {
             result.corners = {{0, 1, 2}};
-            result.covers = {{{first, 1}}};
             result.known = {corner(first, 0), corner(first, 1), corner(first, 2)};
             return result;
         }
@@ -552,11 +559,8 @@ public:
         mesh.improve();
         result.corners.reserve(mesh.cells().size());
         for (const auto& cell : mesh.cells()) result.corners.push_back(cell.v);
+        if (end == begin + 1) return;
         result.covers.resize(mesh.cells().size());
-        if (end == begin + 1) {
-            for (auto& cover : result.covers) cover = {{first, 1}};
-            return;
-        }
         for (Index m = begin; m < end; ++m) {
             const auto& c = soup_.faces[group_faces_[m]];
             const int sign =

@@ -87,11 +87,25 @@ std::uint64_t edge_key(std::int32_t a, std::int32_t b)
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
 }
 
+// By lower end first, which leaves few sheets to compare.
 void sort_sheets(std::vector<Sheet>& sheets)
 {
-    std::sort(sheets.begin(), sheets.end(), [](const Sheet& a, const Sheet& b) {
-        return std::tie(a.edge, a.item, a.forward) < std::tie(b.edge, b.item, b.forward);
-    });
+    std::size_t n_low = 0;
+    for (const Sheet& s : sheets) n_low = std::max<std::size_t>(n_low, (s.edge >> 32) + 1);
+    std::vector<std::size_t> start(n_low + 1, 0);
+    for (const Sheet& s : sheets) ++start[(s.edge >> 32) + 1];
+    for (std::size_t i = 0; i < n_low; ++i) start[i + 1] += start[i];
+    std::vector<Sheet> sorted(sheets.size());
+    std::vector<std::size_t> fill(start.begin(), start.end());
+    for (const Sheet& s : sheets) sorted[fill[s.edge >> 32]++] = s;
+    for (std::size_t i = 0; i < n_low; ++i)
+        std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(start[i]),
+                  sorted.begin() + static_cast<std::ptrdiff_t>(start[i + 1]),
+                  [](const Sheet& a, const Sheet& b) {
+                      return std::tie(a.edge, a.item, a.forward) <
+                             std::tie(b.edge, b.item, b.forward);
+                  });
+    sheets = std::move(sorted);
 }
 
 bool parallel_faces(const Soup& soup, std::int32_t f, std::int32_t g)
