@@ -25,7 +25,7 @@ const char* to_text(SolutionKind kind);
 /// system stays at rounding level up to conditions of 1/epsilon. Factoring costs
 /// O(rows cols min(rows, cols)), each right side O(rows cols). Results do not depend on threads.
 ///
-/// Implements [golub2013], section 5.5.2 (complete orthogonal decomposition).
+/// Implements [golub2013], sections 5.4 and 5.5 (complete orthogonal decomposition).
 /// Departs from it: a wide matrix is factored as its transpose, which makes the second set of
 /// reflections empty whenever the rows are independent.
 class LinearSolver {

@@ -135,7 +135,7 @@ Wide<N> widened(const Vec<N>& c)
     return w;
 }
 
-// Horner's rule in Bernstein form ([farin2002], section 5.1) for
+// Horner's rule in Bernstein form ([farin2002], chapter 5) for
 // sum binomial(n, k) s^(n - k) t^k c_k = (.. (c_0 s + binomial(n, 1) t c_1) s + ..) s + t^n c_n.
 template <std::size_t N>
 Wide<N> horner(std::span<const Wide<N>> c, TwoTerms s, TwoTerms t)

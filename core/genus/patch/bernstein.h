@@ -181,7 +181,7 @@ struct Root {
 /// None is missed unless the polynomial stays within its rounding noise round it, where a root of
 /// high order may also come as several. The zero polynomial has no isolated roots and gives none.
 ///
-/// Implements [sederberg1990], section 3 (clipping by the hull); a stretch with one change of sign
+/// Implements [sederberg1990] (clipping by the hull); a stretch with one change of sign
 /// among its coefficients is finished by bracketed regula falsi.
 std::vector<Root> roots(std::span<const double> c, double tolerance = 0x1p-50);
 

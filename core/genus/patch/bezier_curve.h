@@ -151,7 +151,7 @@ CurveJoin join(const BezierCurve& a, const BezierCurve& b, double ratio = 1.0);
 /// of b_(n-2) b_(n-1) and c_1 c_2 meet in its apex.
 /// Throws InvalidInput unless 0 <= order <= degree, ratio > 0 and `a` is polynomial.
 ///
-/// Implements [farin2002], section 5.8 (and 8.1 for the A-frame).
+/// Implements [farin2002], chapters 5 and 8.
 std::vector<Vec3> continuation(const BezierCurve& a, int order, double ratio = 1.0);
 
 /// Apex of the A-frame at the end of `a`: b_(n-1) + ratio (b_(n-1) - b_(n-2)). Two curves that

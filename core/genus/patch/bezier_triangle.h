@@ -21,7 +21,7 @@ namespace genus {
 ///      |      \.
 ///    (0,0)-e0-(n,0)
 ///
-/// Implements [farin2002], chapter 17 (chapter 18 for the rational and the joining conditions).
+/// Implements [farin2002], chapters 17 and 18.
 class BezierTriangle {
 public:
     /// Throws InvalidInput unless 0 <= n <= kMaxDegree, there are (n + 1) (n + 2) / 2 finite

@@ -120,7 +120,7 @@ KnotRefinement refinement(const KnotVector& from, const KnotVector& to);
 // Interpolation and fitting.
 
 enum class Parametrization { Uniform, ChordLength, Centripetal };
-/// Parameters in [0, 1] for a row of points; [farin2002], section 9.6. For a closed row the last
+/// Parameters in [0, 1] for a row of points; [farin2002], chapter 9. For a closed row the last
 /// parameter is that of the first point again. Throws InvalidInput if neighbours coincide and the
 /// parametrization is not uniform.
 std::vector<double> parameters(std::span<const Vec3> points, Parametrization kind,
@@ -140,7 +140,7 @@ struct InterpolationOptions {
 /// The C2 cubic through the points, O(n). Two or three points give the polynomial through them,
 /// unless tangents are given. Throws InvalidInput for less than 2 (closed: 3) points.
 ///
-/// Implements [farin2002], sections 9.1 to 9.3. Elimination without pivoting, which total
+/// Implements [farin2002], chapter 9. Elimination without pivoting, which total
 /// positivity of spline collocation allows ([deboor1977]).
 BSpline interpolate(std::span<const Vec3> points, const InterpolationOptions& options = {});
 

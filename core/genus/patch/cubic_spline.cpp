@@ -89,7 +89,7 @@ std::vector<Vec3> solve_line(std::vector<Vec3> right)
     return right;
 }
 
-// The same on a ring: the first unknown is split off, [farin2002], section 9.4.
+// The same on a ring: the first unknown is split off, [farin2002], chapter 9.
 std::vector<Vec3> solve_ring(const std::vector<Vec3>& right)
 {
     const std::size_t n = right.size();

@@ -19,7 +19,7 @@ enum class CubicEnds {
 /// the piece from d_i to d_(i+1) divide that leg into three. Parameter t runs from 0 to the number
 /// of pieces.
 ///
-/// Implements [farin2002], section 8.1 and 9.1 (uniform case).
+/// Implements [farin2002], chapters 8 and 9 (uniform case).
 class CubicSpline {
 public:
     /// Throws InvalidInput for fewer than 2 (Natural), 4 (Free), 3 (Closed) points, or if one is

@@ -50,7 +50,7 @@ std::vector<Vec3> vertex_normals(const IndexedMesh& mesh);
 /// is; across edges it is smooth at the vertices only.
 /// Throws InvalidInput for indices out of range or another number of normals than vertices.
 ///
-/// Implements [vlachos2001], section 3.
+/// Implements [vlachos2001] (the cubic geometry; its quadratic normals are not used).
 PatchModel pn_triangles(const IndexedMesh& mesh, std::span<const Vec3> normals);
 PatchModel pn_triangles(const IndexedMesh& mesh);
 

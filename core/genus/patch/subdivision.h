@@ -32,7 +32,7 @@ struct SubdivisionMesh {
 /// edge or has negative sharpness, levels outside [0, 12], or a result above 2^30 corners.
 /// O(corners of the result log corners).
 ///
-/// Implements [catmull1978]; creases as in [derose1998], sections 3 and 3.1.
+/// Implements [catmull1978]; creases as in [derose1998], section 3.
 SubdivisionMesh catmull_clark(const SubdivisionMesh& mesh, int levels = 1);
 
 /// The same by Loop's scheme: every triangle becomes four. Throws InvalidInput also for faces that

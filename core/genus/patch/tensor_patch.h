@@ -21,7 +21,7 @@ namespace genus {
 ///     |            |
 ///   (0,0)---e0---(m,0)
 ///
-/// Implements [farin2002], chapters 14 and 15, and 17 for rational ones.
+/// Implements [farin2002], chapters 14 and 15, and 16 for rational ones.
 class TensorPatch {
 public:
     /// Throws InvalidInput unless 0 <= m, n <= kMaxDegree, there are (m + 1) (n + 1) finite points,

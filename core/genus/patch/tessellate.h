@@ -43,7 +43,7 @@ struct TessellatedPatches {
 /// triangles that joins it to the edges; the ring is made narrower until its own bound, taken
 /// over the strip, is under the tolerance. O(triangles).
 ///
-/// Implements [filip1986], theorem 1; the ring is ours.
+/// Implements [filip1986] (the bound); the ring is ours.
 /// Throws InvalidInput if the tolerance is not positive, ToleranceNotMet below rounding or above
 /// `max_triangles`.
 TessellatedPatches tessellate(std::span<const Patch> patches, const TessellateOptions& options);
