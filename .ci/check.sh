@@ -30,15 +30,13 @@ cmake --preset asan -Wno-dev >/dev/null
 cmake --build --preset asan
 ctest --test-dir build/asan --output-on-failure -j "$(nproc)"
 
-echo "== thread sanitizer"
+echo "== thread sanitizer, on the tests that run threads against each other"
 cmake --preset tsan -Wno-dev >/dev/null
-threaded=$(grep -rl 'parallel_for' core/genus --include='*.cpp' | cut -d/ -f3 | sort -u)
-targets=""
-for folder in $threaded; do
-    if [ -d "tests/core/$folder" ]; then targets="$targets ${folder}_test"; fi
-done
+targets=$(grep -rlE 'TEST.*(Thread|Cancel|Parallel)' tests/core --include='*_test.cpp' |
+    cut -d/ -f3 | sort -u | sed 's/$/_test/')
 # shellcheck disable=SC2086  # a list of words
 cmake --build --preset tsan --target $targets
 for target in $targets; do
-    GENUS_THREADS=4 without_aslr "build/tsan/tests/core/$target" --gtest_brief=1
+    GENUS_THREADS=4 without_aslr "build/tsan/tests/core/$target" --gtest_brief=1 \
+        --gtest_filter='*Thread*:*Cancel*:*Parallel*'
 done
