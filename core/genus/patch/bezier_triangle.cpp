@@ -254,7 +254,7 @@ BezierTriangle BezierTriangle::elevated(int by) const
     require(by >= 0 && n_ + by <= kMaxDegree, "BezierTriangle::elevated: new degree", n_ + by,
             "in [0, 512] and not below the old");
     if (by == 0) return *this;
-    const auto once = with_points(*this, n_ + 1, [&](const auto& points) {
+    BezierTriangle once = with_points(*this, n_ + 1, [&](const auto& points) {
         using V = typename std::decay_t<decltype(points)>::value_type;
         const int n = n_ + 1;
         std::vector<V> result(size_of(n));
@@ -269,6 +269,10 @@ BezierTriangle BezierTriangle::elevated(int by) const
             }
         return result;
     });
+    // (x w) / w need not be x; neighbours are recognised by their corners.
+    once.points_.front() = points_.front();
+    once.points_.back() = points_.back();
+    once.points_[static_cast<std::size_t>(n_) + 1] = points_[static_cast<std::size_t>(n_)];
     return once.elevated(by - 1);
 }
 

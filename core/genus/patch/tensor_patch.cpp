@@ -292,7 +292,7 @@ TensorPatch TensorPatch::elevated(int by_u, int by_v) const
 {
     require(by_u >= 0 && m_ + by_u <= kMaxDegree && by_v >= 0 && n_ + by_v <= kMaxDegree,
             "TensorPatch::elevated: the degrees must stay in [0, 512] and not fall");
-    return with_net(*this, [&](auto net) {
+    TensorPatch result = with_net(*this, [&](auto net) {
         using V = typename decltype(net.c)::value_type;
         const auto up = [](int by) {
             return [by](std::vector<V> c) {
@@ -302,6 +302,11 @@ TensorPatch TensorPatch::elevated(int by_u, int by_v) const
         };
         return by_columns(by_rows(net, up(by_v)), up(by_u));
     });
+    // (x w) / w need not be x; neighbours are recognised by their corners.
+    for (const int i : {0, 1})
+        for (const int j : {0, 1})
+            result.points_[result.index(i * result.m_, j * result.n_)] = point(i * m_, j * n_);
+    return result;
 }
 
 TensorPatch TensorPatch::transposed() const

@@ -295,6 +295,22 @@ TEST(Tessellate, BlownUpCubeIsClosed)
     EXPECT_LE(measured(faces, t), t.bound);
 }
 
+// One of two rational neighbours elevated: the corners must stay the same to the last bit.
+TEST(Tessellate, ElevatedRationalNeighboursStayJoined)
+{
+    const BSpline half = elliptic_arc({{0.1, 0, 0}}, {{0.7, 0, 0}}, {{0, 0, 0.9}}, -90.0, 180.0);
+    std::vector<Patch> patches;
+    int k = 0;
+    for (const TensorPatch& p : surface_of_revolution(half).bezier_patches())
+        patches.emplace_back(k++ % 2 == 0 ? p.elevated(2, 1) : p);
+    const auto t = tessellate(patches, {1e-2});
+    // The axis is left open by the shifted profile: two small holes.
+    const Borders b = borders(t.mesh);
+    EXPECT_EQ(b.loops, 2);
+    EXPECT_EQ(b.euler, 0);
+    EXPECT_EQ(b.repeated, 0);
+}
+
 TEST(Tessellate, RefusesWhatItCannotDo)
 {
     std::mt19937_64 random(104);
