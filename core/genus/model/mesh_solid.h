@@ -12,10 +12,10 @@
 namespace genus {
 
 enum class MeshMethod {
-    Auto,     ///< the fastest road that meets the tolerance
+    Auto,     ///< certified: exact boolean for polyhedra, adaptive cells for curved solids
     Boolean,  ///< exact boolean of leaf meshes
-    Emc,      ///< extended marching cubes, sharp edges kept
-    Mc        ///< marching cubes, sharp edges cut off by up to a cell
+    Emc,      ///< extended marching cubes on a uniform grid, sharp edges kept; error sampled
+    Mc        ///< marching cubes, sharp edges cut off by up to a cell; error sampled
 };
 
 struct MeshOptions {

@@ -227,6 +227,24 @@ TEST(MeshSolid, SharpEdgesAreExact)
     EXPECT_GE(on_rim, 2 * 20);
 }
 
+TEST(MeshSolid, GridRoadsMeetTheToleranceBySampling)
+{
+    const Solid solid = subtract({sphere(5), cylinder(20, 2, 2, true)});
+    for (const MeshMethod method : {MeshMethod::Emc, MeshMethod::Mc}) {
+        MeshOptions options;
+        options.tolerance = 0.2;
+        options.method = method;
+        const MeshedSolid m = mesh_solid(solid, options);
+        EXPECT_LE(m.error.measured, m.error.bound);
+        EXPECT_LE(m.error.bound, 0.2);
+        EXPECT_FALSE(m.error.certified);
+        EXPECT_TRUE(validate(m.mesh).ok());
+        EXPECT_EQ(topology(m.mesh).euler, 0);
+        const Measures measures = measure(m.mesh);
+        EXPECT_NEAR(measures.volume, 4.0 / 3.0 * kPi * std::pow(21.0, 1.5), 0.2 * measures.area);
+    }
+}
+
 TEST(MeshSolid, GivesTheSameBitsOnAnyNumberOfThreads)
 {
     const Solid solid = sphere_minus_two_cylinders();
