@@ -194,6 +194,8 @@ std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& 
     const exact::BoxTree tree(std::move(boxes), {});
     std::vector<char> flat(mesh.faces.size(), 0);
     for (const Index f : bad) flat[f] = 1;
+    std::vector<char> suspect(mesh.faces.size(), 0);
+    for (const Index f : suspects) suspect[f] = 1;
     constexpr std::size_t kGrain = 4096;
     std::vector<std::vector<Index>> found(mesh.faces.size() / kGrain + 1);
     parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -202,7 +204,8 @@ std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& 
             if (flat[f]) continue;
             tree.query(box(f), [&](Index s) {
                 const Index g = suspects[s];
-                if (g == f || !collide(mesh, f, g)) return;
+                const bool seen_from_g = g == f || (suspect[f] && g < f);
+                if (seen_from_g || !collide(mesh, f, g)) return;
                 found[begin / kGrain].push_back(f);
                 found[begin / kGrain].push_back(g);
             });
