@@ -336,6 +336,36 @@ TEST(MeshBoolean, SameBitsOnAnyNumberOfThreads)
     }
 }
 
+TEST(MeshBoolean, LongUnionsInGroupsMeanTheSame)
+{
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::vector<IndexedMesh> solids{cube(1.0)};
+    for (int i = 0; i < 40; ++i)
+        solids.push_back(moved(scaled(sphere(6, 9, 1.0), 0.1 + 0.1 * unit(random)),
+                               {{unit(random), unit(random), unit(random)}}));
+    MeshBooleanOptions at_once;
+    at_once.largest_union = 1000;
+    const BooleanFormula carve = BooleanFormula::difference_of(41);
+    const MeshBooleanResult a = mesh_boolean(solids, carve, at_once);
+    const MeshBooleanResult b = mesh_boolean(solids, carve);
+    EXPECT_EQ(a.report.n_steps, 0);
+    EXPECT_GT(b.report.n_steps, 1);
+    expect_sound(a.mesh);
+    expect_sound(b.mesh);
+    EXPECT_EQ(genus_of(a.mesh), genus_of(b.mesh));
+    EXPECT_EQ(parts_of(a.mesh), parts_of(b.mesh));
+    EXPECT_NEAR(volume(a.mesh), volume(b.mesh), 1e-13);
+    for (std::size_t f = 0; f < b.mesh.faces.size(); ++f) {
+        const IndexedMesh& from = solids[b.operand[f]];
+        const Triangle& t = from.faces[b.source_face[f]];
+        const Vec3& p = from.vertices[t[0]];
+        const Vec3 n = normalized(cross(from.vertices[t[1]] - p, from.vertices[t[2]] - p));
+        for (const std::int32_t v : b.mesh.faces[f])
+            EXPECT_NEAR(dot(n, b.mesh.vertices[v] - p), 0.0, 1e-13);
+    }
+}
+
 // Operands that are none.
 
 std::string refusal(const std::vector<IndexedMesh>& operands)
