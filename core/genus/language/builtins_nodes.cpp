@@ -8,7 +8,6 @@
 #include "genus/language/colors.h"
 #include "genus/language/evaluate.h"
 #include "genus/language/facets.h"
-#include "genus/language/stack.h"
 
 namespace genus::language {
 
@@ -42,9 +41,12 @@ std::optional<std::vector<double>> numbers(const Value& v, std::size_t least, st
     return out;
 }
 
-ModelValue to_model(const Value& v, const Names& names)
+// Deeper lists than any parameter has are cut off, so that nobody need fear to walk a tree.
+constexpr int kMaxListDepth = 50;
+
+ModelValue to_model(const Value& v, const Names& names, int depth = 0)
 {
-    check_stack();
+    if (depth > kMaxListDepth) return {};
     switch (v.tag()) {
         case Value::Tag::Bool:
             return v.as_bool();
@@ -55,7 +57,7 @@ ModelValue to_model(const Value& v, const Names& names)
         case Value::Tag::List: {
             ModelValue::List list;
             list.reserve(v.items().size());
-            for (const Value& item : v.items()) list.push_back(to_model(item, names));
+            for (const Value& item : v.items()) list.push_back(to_model(item, names, depth + 1));
             return list;
         }
         case Value::Tag::Range:

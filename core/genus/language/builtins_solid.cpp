@@ -116,9 +116,8 @@ public:
                 q[i] = numbers<4>(coefficients[i], "coefficients[" + std::to_string(i) + "]");
             return genus::quadric(Quadric::from_matrix(q), bounds);
         }
-        return genus::quadric(
-            Quadric(numbers<10>(node_.parameter("coefficients"), "coefficients")),
-            bounds);
+        return genus::quadric(Quadric(numbers<10>(node_.parameter("coefficients"), "coefficients")),
+                              bounds);
     }
 
     Solid half_space() { return genus::half_space(vec3("normal"), number("offset")); }

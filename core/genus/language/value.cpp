@@ -5,6 +5,7 @@
 #include <new>
 
 #include "genus/language/frame.h"
+#include "genus/language/stack.h"
 
 namespace genus::language {
 
@@ -98,6 +99,7 @@ bool holds_no_objects(const ListObject& list)
 
 bool same_items(std::span<const Value> a, std::span<const Value> b)
 {
+    check_stack();
     if (a.size() != b.size()) return false;
     for (std::size_t i = 0; i < a.size(); ++i)
         if (!equal(a[i], b[i])) return false;

@@ -40,7 +40,7 @@ struct FunctionObject : Object {
 
 class Value;
 
-struct ListObject : Object {
+struct alignas(8) ListObject : Object {  // the values follow it
     std::uint32_t size;
 
     const Value* data() const { return reinterpret_cast<const Value*>(this + 1); }
@@ -164,6 +164,7 @@ private:
     std::uint64_t bits_;
 };
 static_assert(sizeof(Value) == 16);
+static_assert(sizeof(ListObject) % alignof(Value) == 0);
 
 /// Equal as `==` sees it: values of different kinds are not.
 bool equal(const Value& a, const Value& b);

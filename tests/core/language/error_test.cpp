@@ -133,6 +133,10 @@ TEST(Errors, DeepValuesAreNoCrash)
         "function deep(a, n) = n == 0 ? a : deep([a], n - 1);\n"
         "x = deep(1, 900000); y = deep(1, 900000); echo(len(x)); echo(x == y, len(str(x)) > 0);");
     EXPECT_TRUE(lists.error.empty() || lists.error.find("recursion") != lists.error.npos);
+    const Said points = run_model(
+        "function deep(a, n) = n == 0 ? a : deep([a], n - 1);"
+        "polyhedron(points = deep(1, 900000), faces = []);");
+    EXPECT_LT(points.csg.size(), 1000u);
     const Said functions = run_model(
         "function wrap(f, n) = n == 0 ? f : wrap(function(x) f(x), n - 1);\n"
         "g = wrap(function(x) x, 900000); echo(is_function(g)); echo(g(1));");
