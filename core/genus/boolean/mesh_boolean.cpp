@@ -25,7 +25,6 @@ namespace genus {
 namespace {
 
 using exact::ClosedOperand;
-
 using exact::Soup;
 using Index = std::int32_t;
 
