@@ -80,6 +80,7 @@ py::dict convert(const Path& source, const Path& target, const std::optional<std
 
 void bind_io(py::module_& m, py::class_<Mesh>& mesh)
 {
+    m.def("mesh_formats", &mesh_formats, "Extensions of the mesh files that are read and written.");
     m.def("load", &load, py::arg("path"), py::kw_only(), py::arg("format") = py::none(),
           py::arg("progress") = py::none(),
           R"(Read a mesh from a file; faces of more corners are cut to triangles.
