@@ -85,12 +85,14 @@ void free_frame(Frame* frame) noexcept
 
 void capture(Frame* frame)
 {
-    if (frame->captured) return;
-    frame->captured = true;
-    frame->previous_captured = nullptr;
-    frame->next_captured = t_captured;
-    if (t_captured) t_captured->previous_captured = frame;
-    t_captured = frame;
+    // With those around it, which it holds: a circle may close in any of them.
+    for (; frame && !frame->captured; frame = frame->parent) {
+        frame->captured = true;
+        frame->previous_captured = nullptr;
+        frame->next_captured = t_captured;
+        if (t_captured) t_captured->previous_captured = frame;
+        t_captured = frame;
+    }
 }
 
 void clear_captured_frames()

@@ -26,7 +26,7 @@ Frame* make_frame(std::uint32_t n_slots, Frame* parent);
 /// Called by `destroy` once the slots are released.
 void free_frame(Frame* frame) noexcept;
 
-/// Notes that a function value holds `frame`.
+/// Notes that a function value holds `frame`, and so those around it.
 void capture(Frame* frame);
 
 /// Empties all frames that functions still hold, to break circles of functions and frames. Called
