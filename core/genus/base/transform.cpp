@@ -221,8 +221,8 @@ Transform rotation(double degrees, const Vec3& axis)
     Transform t;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            t.m[i][j] = (i == j ? c : 0.0) + s * turn[i][j] / length +
-                        (1.0 - c) * (v[i] * v[j] / squared);
+            t.m[i][j] =
+                (i == j ? c : 0.0) + s * turn[i][j] / length + (1.0 - c) * (v[i] * v[j] / squared);
     return t;
 }
 

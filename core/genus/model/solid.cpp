@@ -508,8 +508,7 @@ Solid polyhedron(PolygonMesh mesh, double deviation)
     if (mesh.n_faces() == 0) return Solid();
     require(deviation >= 0.0 && std::isfinite(deviation), "polyhedron: deviation", deviation,
             "zero or positive");
-    return primitive(
-        Polyhedron{std::make_shared<const PolygonMesh>(std::move(mesh)), deviation});
+    return primitive(Polyhedron{std::make_shared<const PolygonMesh>(std::move(mesh)), deviation});
 }
 
 Solid unite(std::vector<Solid> parts)

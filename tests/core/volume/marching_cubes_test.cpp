@@ -64,8 +64,7 @@ TEST(CubeCases, LoopLengthsDoNotChangeWhenTheCubeIsTurned)
     for (int inside = 0; inside < 256; ++inside) {
         std::multiset<std::size_t> before, after;
         for (const auto& loop : cube_case(inside, 0).loops) before.insert(loop.edges.size());
-        for (const auto& loop : cube_case(turned(inside), 0).loops)
-            after.insert(loop.edges.size());
+        for (const auto& loop : cube_case(turned(inside), 0).loops) after.insert(loop.edges.size());
         EXPECT_EQ(before, after) << inside;
     }
 }
