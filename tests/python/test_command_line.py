@@ -200,7 +200,7 @@ def test_an_interrupted_build_stops_soon_and_leaves_no_file(tmp_path, sent):
         took = time.monotonic() - start
     finally:
         process.kill()
-        process.communicate()
+        process.__exit__(None, None, None)  # closes its pipes
     print(f"stopped after {took:.3f} s")
     assert process.returncode == 130
     assert (output, error) == ("", "genus: interrupted\n")
@@ -270,6 +270,6 @@ def test_a_bar_is_drawn_on_a_terminal_only(model, tmp_path):
         shown = os.read(ours, 100_000).decode()
     finally:
         process.kill()
-        process.communicate()
+        process.__exit__(None, None, None)  # closes its pipes
         os.close(ours)
     assert "%" in shown
