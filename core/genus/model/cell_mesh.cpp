@@ -510,6 +510,7 @@ private:
         }
         const auto go_on = [&](const SignFormula& f) {
             if (f.constant() != 0 || !visit(tet, p, f)) return;
+            current_progress().check();  // one root alone can hold minutes of work
             const auto [first, second] = BisectionTree::children(tet);
             descend(first, f, visit);
             descend(second, f, visit);
