@@ -355,8 +355,8 @@ void bind_solid(py::class_<Solid>& solid)
             py::arg("angles"), py::arg("axis") = py::none(),
             R"(Turned by degrees: (about x, then y, then z), or one angle about axis, z without it.
 
->>> genus.cube([2, 1, 1]).rotate([0, 0, 90]).bounds()[1].tolist()
-[0.0, 2.0, 1.0])")
+>>> genus.cube([2, 1, 1]).rotate([0, 0, 90]).bounds()[:, 1:].tolist()
+[[0.0, 0.0], [2.0, 1.0]])")
         .def(
             "scale",
             [](const Solid& s, const NumberOrVector& by) {
