@@ -32,7 +32,9 @@ def test_trimesh_finds_the_file_closed(block):
 
 def test_manifold_takes_the_mesh(block):
     mesh, _ = block
-    ours = manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))
+    ours = manifold3d.Manifold(
+        manifold3d.Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64))
+    )
     assert ours.status() == manifold3d.Error.NoError
     assert ours.volume() == pytest.approx(mesh.volume, rel=1e-9)
     assert ours.surface_area() == pytest.approx(mesh.area, rel=1e-9)
