@@ -296,6 +296,22 @@ double determinant(const Transform& t)
     return dot(row(t, 0), cofactors(t)[0]);
 }
 
+// The largest eigenvalue of M^T M is at most its largest sum of absolute values in a row.
+double largest_stretch(const Transform& t)
+{
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        double sum = 0.0;
+        for (int j = 0; j < 3; ++j) {
+            double entry = 0.0;
+            for (int k = 0; k < 3; ++k) entry += t.m[k][i] * t.m[k][j];
+            sum += std::fabs(entry);
+        }
+        largest = std::max(largest, sum);
+    }
+    return std::sqrt(largest);
+}
+
 Transform inverse(const Transform& t)
 {
     return t.is_affine() ? inverse_affine(t) : inverse_general(t);

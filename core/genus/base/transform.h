@@ -49,6 +49,9 @@ Transform orthographic(const Box3& box);
 
 /// Determinant of the linear part, the factor by which volumes grow.
 double determinant(const Transform& t);
+/// No vector grows by a larger factor than this; exact for rotations and scalings along the axes,
+/// never more than the root of 3 above the truth.
+double largest_stretch(const Transform& t);
 /// Throws InvalidInput if `t` is singular: its scaled condition exceeds 1e14.
 Transform inverse(const Transform& t);
 

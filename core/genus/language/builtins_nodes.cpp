@@ -591,8 +591,8 @@ ModelNode projection(Evaluator& e, const Statement& s, const Arguments& a)
 }
 
 // The file that a node names, looked for from the folder of the text that asks, as the folder of
-// the model sees it.
-std::string existing_file(Evaluator& e, const Statement& s, const Value& name)
+// the model sees it. The node keeps how to open it.
+std::string existing_file(Evaluator& e, const Statement& s, const Value& name, ModelNode& node)
 {
     if (!name.is_string() || name.as_string().empty())
         e.fail(s.place, "'" + e.program().names[s.name] + "' needs the name of a file");
@@ -603,6 +603,7 @@ std::string existing_file(Evaluator& e, const Statement& s, const Value& name)
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         e.fail(s.place, "file '" + std::string(name.as_string()) + "' not found");
+    node.path = path.string();
     const fs::path model = fs::path(*sources[e.program().files[0]->source].path).parent_path();
     const fs::path seen = fs::proximate(path, model.empty() ? fs::path(".") : model, error);
     return (error ? path : seen).lexically_normal().string();
@@ -611,7 +612,8 @@ std::string existing_file(Evaluator& e, const Statement& s, const Value& name)
 ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("import", s);
-    const std::string file = existing_file(e, s, a["file"].is_undef() ? a["filename"] : a["file"]);
+    const std::string file =
+        existing_file(e, s, a["file"].is_undef() ? a["filename"] : a["file"], node);
     const Value& layer = a["layer"].is_undef() ? a["layername"] : a["layer"];
     std::array<double, 2> origin{};
     if (const auto v = numbers(a["origin"], 2, 2)) origin = {(*v)[0], (*v)[1]};
@@ -631,7 +633,7 @@ ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
 ModelNode surface(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("surface", s);
-    node.parameters = {{"file", existing_file(e, s, a["file"])},
+    node.parameters = {{"file", existing_file(e, s, a["file"], node)},
                        {"center", is_true(a["center"])},
                        {"invert", is_true(a["invert"])}};
     return node;

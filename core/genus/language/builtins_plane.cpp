@@ -103,9 +103,11 @@ public:
                       m[1][0] * p[0] + m[1][1] * p[1] + m[1][3]}};
             if (det < 0.0) std::reverse(ring.begin(), ring.end());
         }
-        // At most the root of the sum of squares of the entries.
-        shape.deviation *= std::sqrt(m[0][0] * m[0][0] + m[0][1] * m[0][1] + m[1][0] * m[1][0] +
-                                     m[1][1] * m[1][1]);
+        Transform map;
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) map.m[i][j] = m[i][j];
+        map.m[2][2] = 0.0;
+        shape.deviation *= largest_stretch(map);
         return shape;
     }
 

@@ -200,10 +200,8 @@ public:
 
     Solid import()
     {
-        const std::string* file = node_.parameter("file").text();
-        if (!file) fail("import(): file is no text");
         try {
-            PolygonMesh mesh = read_polygons(*file);
+            PolygonMesh mesh = read_polygons(node_.path);
             if (mesh.n_faces() == 0) return Solid();
             return genus::polyhedron(std::move(mesh));
         } catch (const FileError& problem) {
@@ -247,7 +245,7 @@ private:
             if (std::holds_alternative<Empty>(shape)) return;
             if (is_faceted(shape)) {
                 if (const auto* given = std::get_if<Polyhedron>(&shape))
-                    deviation = std::max(deviation, given->deviation * stretch(map));
+                    deviation = std::max(deviation, given->deviation * largest_stretch(map));
                 return add(facet_mesh(shape).vertices, map);
             }
             const MeshedPart part = maker.mesh_of(transformed(solid, map));
@@ -257,13 +255,6 @@ private:
         void add(const std::vector<Vec3>& points, const Transform& map)
         {
             for (const Vec3& p : points) found.push_back(apply(map, p));
-        }
-        static double stretch(const Transform& t)
-        {
-            double sum = 0.0;
-            for (int i = 0; i < 3; ++i)
-                for (int j = 0; j < 3; ++j) sum += t.m[i][j] * t.m[i][j];
-            return std::sqrt(sum);
         }
 
         const Maker& maker;

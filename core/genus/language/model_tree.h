@@ -52,6 +52,8 @@ struct ModelNode {
     int fragments = 0;
     /// $tolerance where the node was made, 0 where there is none.
     double tolerance = 0.0;
+    /// The file that the node names, as it can be opened.
+    std::string path;
 
     ModelNode() = default;
     ModelNode(const ModelNode&) = default;

@@ -32,15 +32,6 @@ const Solid* only_part(const Shape& shape)
     return nullptr;
 }
 
-// The largest factor by which lengths grow, not more than three times too large.
-double stretch(const Transform& t)
-{
-    double sum = 0.0;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) sum += t.m[i][j] * t.m[i][j];
-    return std::sqrt(sum);
-}
-
 class SceneBuilder {
 public:
     // Smooth parts that reach farther than `region` are cut off there; it holds the whole solid.
@@ -134,7 +125,7 @@ private:
         scene_.operands.push_back(std::move(mesh));
         if (const auto* given = std::get_if<Polyhedron>(&shape)) {
             scene_.clean_operands = false;
-            scene_.deviation = std::max(scene_.deviation, given->deviation * stretch(map));
+            scene_.deviation = std::max(scene_.deviation, given->deviation * largest_stretch(map));
         }
         return {number, true, false};
     }

@@ -170,6 +170,22 @@ TEST(Transform, NormalsStayPerpendicularToImagesOfTangents)
     }
 }
 
+TEST(Transform, LargestStretchIsExactForRotationsAndBoundsTheRest)
+{
+    EXPECT_NEAR(largest_stretch(rotation({{10, 20, 30}})), 1.0, 1e-15);
+    EXPECT_EQ(largest_stretch(scaling({{1, -3, 0.5}})), 3.0);
+    std::mt19937 random(9);
+    const Transform t =
+        rotation({{10, 20, 30}}) * scaling({{1, 3, 0.2}}) * shear({1, 0, 2, 0.5, 0, 0});
+    double found = 0.0;
+    for (int trial = 0; trial < 20000; ++trial) {
+        const Vec3 v = random_point(random);
+        found = std::max(found, norm(apply_vector(t, v)) / norm(v));
+    }
+    EXPECT_LE(found, largest_stretch(t));
+    EXPECT_GE(std::sqrt(3.0) * found, largest_stretch(t));
+}
+
 TEST(Transform, LookAtPutsTheTargetOnTheNegativeZAxis)
 {
     const Transform t = look_at({{3, 4, 5}}, {{0, 0, 1}}, {{0, 0, 1}});
