@@ -32,6 +32,7 @@ constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
 constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
+constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 
 // Adds the seconds since construction, or since the last call, to a named stage.
 class StageClock {
@@ -331,14 +332,24 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
         mesh = std::move(made.mesh);
         return made.error.bound;
     };
-    if (options.method == MeshMethod::Boolean ||
-        (options.method == MeshMethod::Auto && (is_polyhedral(planned) || !is_smooth(planned))))
-        mesh_by_boolean(planned, box, mesh_smooth_part, result);
-    else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
-        result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
-        GridRoad(planned, box, options, result).run();
-    } else
-        Road(planned, box, options, result).run();
+    // A tolerance of the size of the solid asks for nothing; work is done to one that does.
+    const double asked = result.tolerance;
+    result.tolerance = std::min(asked, kCoarsest * box.diagonal());
+    try {
+        if (options.method == MeshMethod::Boolean ||
+            (options.method == MeshMethod::Auto &&
+             (is_polyhedral(planned) || !is_smooth(planned)))) {
+            mesh_by_boolean(planned, box, mesh_smooth_part, result);
+        } else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
+            result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
+            GridRoad(planned, box, options, result).run();
+        } else {
+            Road(planned, box, options, result).run();
+        }
+    } catch (const ToleranceNotMet& failure) {
+        throw ToleranceNotMet(failure.what(), asked, failure.reached(), failure.where());
+    }
+    result.tolerance = asked;
     return result;
 }
 
