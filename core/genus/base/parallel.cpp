@@ -59,7 +59,8 @@ struct Job {
         error_chunk = chunk;
     }
 
-    void work()
+    /// The thread that called parallel_for also tells how far the work is.
+    void work(bool is_caller)
     {
         const ProgressScope scope(*progress);
         const bool outer = std::exchange(t_inside_body, true);
@@ -69,6 +70,9 @@ struct Job {
             try {
                 progress->check();
                 (*body)(chunk * grain, std::min(n, (chunk + 1) * grain));
+                if (is_caller && !outer)
+                    progress->report(static_cast<double>(chunk + 1) /
+                                     static_cast<double>(n_chunks));
             } catch (...) {
                 keep_first_error(chunk);
             }
@@ -96,7 +100,7 @@ public:
     {
         const std::unique_lock busy(one_job_, std::try_to_lock);
         if (!busy.owns_lock() || helpers == 0) {
-            job.work();
+            job.work(true);
             return;
         }
         {
@@ -107,7 +111,7 @@ public:
             wanted_ = helpers;
         }
         wake_.notify_all();
-        job.work();
+        job.work(true);
         std::unique_lock lock(mutex_);
         wanted_ = 0;
         idle_.wait(lock, [this] { return active_ == 0; });
@@ -125,7 +129,7 @@ private:
             ++active_;
             Job* job = job_;
             lock.unlock();
-            job->work();
+            job->work(false);
             lock.lock();
             if (--active_ == 0) idle_.notify_all();
         }
@@ -170,7 +174,7 @@ void parallel_for(std::size_t n, std::size_t grain,
     Job job{n, grain, &body, &current_progress(), (n - 1) / grain + 1};
     const auto helpers = std::min<std::size_t>(thread_count(), job.n_chunks) - 1;
     if (helpers == 0 || t_inside_body)
-        job.work();
+        job.work(true);
     else
         pool().run(job, static_cast<int>(helpers));
     if (job.error) std::rethrow_exception(job.error);

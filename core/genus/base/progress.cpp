@@ -27,12 +27,18 @@ void Progress::check() const
 
 void Progress::report(const char* stage, double done)
 {
+    stage_ = stage;
+    report(done);
+}
+
+void Progress::report(double done)
+{
     check();
     if (!listener_) return;
     const double now = seconds_now();
     if (now - last_report_ < kReportInterval) return;
     last_report_ = now;
-    listener_(stage, done);
+    listener_(stage_, done);
     check();
 }
 

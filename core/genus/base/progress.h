@@ -11,7 +11,7 @@ namespace genus {
 class Progress {
 public:
     /// Called on the thread that runs the call, at most every 50 ms, with the stage and its share
-    /// done in [0, 1]. May throw to stop the call.
+    /// done in [0, 1]; a stage of several loops begins again with each. May throw to stop the call.
     using Listener = std::function<void(const std::string& stage, double done)>;
 
     Progress() = default;
@@ -26,10 +26,13 @@ public:
 
     /// Tells the listener, then checks. Only from the calling thread, not inside parallel_for.
     void report(const char* stage, double done);
+    /// The same for the stage that was named last; parallel_for does it after every chunk.
+    void report(double done);
 
 private:
     Listener listener_;
     std::atomic<bool> cancelled_{false};
+    const char* stage_ = "";  // a literal
     double last_report_ = -1.0;
 };
 

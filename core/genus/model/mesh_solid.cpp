@@ -117,12 +117,14 @@ private:
             FlexibleMesh mesh(std::move(surface));
             if (pass == 0) coarsen(mesh, forms_);
             const std::size_t before = mesh.n_vertices();
+            current_progress().report("refine", 0.0);
             const std::vector<Box3> stuck = subdivide(mesh, forms_, kEdgeShare * result_.tolerance,
                                                       factors, options_.max_triangles);
             const bool grew = mesh.n_vertices() > before;
             if (pass == 0) factors.clear();
             surface = mesh.release();
             clock_.end("refine");
+            current_progress().report("certify", 0.0);
             const Certificate c = certify(surface, formula_, forms_, cube_, result_.tolerance);
             clock_.end("certify");
             if (c.n_failed == 0) return passes(surface, c);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <thread>
@@ -95,6 +97,24 @@ TEST(ParallelFor, StopsWhenCancelled)
                      Cancelled);
         EXPECT_LT(chunks, 1000);
     }
+}
+
+TEST(ParallelFor, TellsHowFarItIs)
+{
+    const Threads scope(2);
+    std::vector<double> heard;
+    Progress progress([&](const std::string& stage, double done) {
+        EXPECT_EQ(stage, "count");
+        heard.push_back(done);
+    });
+    const ProgressScope current(progress);
+    progress.report("count", 0.0);
+    parallel_for(20, 1, [](std::size_t, std::size_t) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    });
+    ASSERT_GE(heard.size(), 2u);
+    EXPECT_TRUE(std::is_sorted(heard.begin(), heard.end()));
+    EXPECT_LE(heard.back(), 1.0);
 }
 
 TEST(ParallelFor, ServesCallsFromSeveralThreads)
