@@ -21,6 +21,7 @@ namespace {
 // whatever the shell says.
 constexpr std::size_t kStackBytes = std::size_t{64} << 20;
 constexpr std::chrono::milliseconds kPoll{20};
+constexpr int kSilentPolls = 10;
 
 struct Call {
     const std::function<void()>* work = nullptr;
@@ -114,9 +115,15 @@ void run_long(const std::function<void()>& work, const py::object& listener)
     std::exception_ptr stop;
     {
         const Worker worker(call);
-        for (;;) {
-            const News news = wait_for_news(call);
+        for (int silent = 0;;) {
+            News news = wait_for_news(call);
             if (news.done) break;
+            // A listener that shows the time hears of a long step more than once.
+            silent = news.has_progress ? 0 : silent + 1;
+            if (silent == kSilentPolls && !news.stage.empty()) {
+                news.has_progress = true;
+                silent = 0;
+            }
             if (!stop && !ask_caller(news, listener, stop)) call.progress.cancel();
         }
     }
