@@ -73,10 +73,14 @@ class Progress:
         if self._bar is None:
             if time.monotonic() - self._start < self.patience:
                 return
+            import shutil
+
             from tqdm import tqdm
 
             self._bar = tqdm(
                 total=100,
+                # Some terminals give their width as 0, in which tqdm draws nothing.
+                ncols=min(shutil.get_terminal_size().columns, 80),
                 leave=False,
                 file=sys.stderr,
                 bar_format="{desc} {percentage:3.0f}% {bar}",
