@@ -79,8 +79,9 @@ class Progress:
 
             self._bar = tqdm(
                 total=100,
-                # Some terminals give their width as 0, in which tqdm draws nothing.
+                # Some terminals give their size as 0, in which tqdm draws nothing.
                 ncols=min(shutil.get_terminal_size().columns, 80),
+                nrows=shutil.get_terminal_size().lines,
                 leave=False,
                 file=sys.stderr,
                 bar_format="{desc} {percentage:3.0f}% {bar}",
