@@ -24,6 +24,9 @@ public:
     std::size_t n_vertices() const { return mesh_.vertices.size(); }
     std::size_t n_faces() const { return mesh_.faces.size(); }
     const IndexedMesh& indexed() const { return mesh_; }
+    /// By face and by vertex, for bulk work; -1 is none.
+    const std::vector<std::array<std::int32_t, 3>>& neighbours() const { return neighbours_; }
+    const std::vector<std::int32_t>& vertex_faces() const { return vertex_face_; }
     const Vec3& point(Vertex v) const { return mesh_.vertices[v.index]; }
     Vertex corner(Face f, std::size_t i) const { return Vertex(mesh_.faces[f.index][i]); }
     Face neighbour(Face f, std::size_t i) const { return Face(neighbours_[f.index][i]); }

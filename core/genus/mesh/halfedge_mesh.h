@@ -167,6 +167,19 @@ public:
     /// Gives the elements that are alive the numbers 0, 1, 2, ... in their order.
     void compact();
 
+    /// The arrays behind the handles, for bulk work: by vertex slot, by halfedge slot, by face
+    /// slot. Dead entries are -2, "none" is -1.
+    struct Arrays {
+        const std::vector<Vec3>& points;
+        const std::vector<std::int32_t>& vertex_halfedge;
+        const std::vector<std::int32_t>&opposite, &next, &to, &face;
+        const std::vector<std::int32_t>& face_halfedge;
+    };
+    Arrays arrays() const
+    {
+        return {points_, vertex_halfedge_, opposite_, next_, to_, face_, face_halfedge_};
+    }
+
     /// Bytes held for points and connectivity, at so many bytes a coordinate.
     std::size_t memory_bytes(std::size_t bytes_per_coordinate = sizeof(double)) const;
 
@@ -222,6 +235,9 @@ public:
     std::size_t n_halfedges() const { return opposite_.size(); }
     std::size_t n_faces() const { return mesh_.faces.size(); }
     const IndexedMesh& indexed() const { return mesh_; }
+    /// By halfedge, and by vertex; -1 is none.
+    const std::vector<std::int32_t>& opposites() const { return opposite_; }
+    const std::vector<std::int32_t>& vertex_halfedges() const { return vertex_halfedge_; }
 
     Vec3& point(Vertex v) { return mesh_.vertices[v.index]; }
     const Vec3& point(Vertex v) const { return mesh_.vertices[v.index]; }

@@ -22,5 +22,6 @@ using Vertex = Handle<struct VertexTag>;
 using Halfedge = Handle<struct HalfedgeTag>;
 using Edge = Handle<struct EdgeTag>;
 using Face = Handle<struct FaceTag>;
+using Loop = Handle<struct LoopTag>;
 
 }  // namespace genus

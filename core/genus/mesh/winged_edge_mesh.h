@@ -36,6 +36,11 @@ public:
     std::size_t n_faces() const { return face_edge_.size(); }
     const Vec3& point(Vertex v) const { return points_[v.index]; }
     const Wings& wings(Edge e) const { return edges_[e.index]; }
+    /// All of them, for bulk work.
+    const std::vector<Vec3>& points() const { return points_; }
+    const std::vector<Wings>& edges() const { return edges_; }
+    const std::vector<std::int32_t>& vertex_edges() const { return vertex_edge_; }
+    const std::vector<std::int32_t>& face_edges() const { return face_edge_; }
     /// None for an isolated vertex.
     Edge edge(Vertex v) const { return Edge(vertex_edge_[v.index]); }
     Edge edge(Face f) const { return Edge(face_edge_[f.index]); }
