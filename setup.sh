@@ -35,6 +35,9 @@ if command -v apt-get >/dev/null; then
     fi
 fi
 
+# One name for the compiler here and in test.sh: what one of them compiled, ccache has for the other.
+export CC="${CC:-cc}" CXX="${CXX:-c++}"
+
 echo "== Python package into .venv"
 # The system's interpreter, whose headers the packages above bring.
 python=${PYTHON:-/usr/bin/python3}

@@ -5,6 +5,7 @@ set -eu
 cd "$(dirname "$0")"
 
 [ -x .venv/bin/genus ] || ./setup.sh
+export CC="${CC:-cc}" CXX="${CXX:-c++}"
 
 echo "== C++ tests"
 cmake --preset release -Wno-dev >build-release.log 2>&1 || { cat build-release.log; exit 1; }

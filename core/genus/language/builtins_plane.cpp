@@ -16,6 +16,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kRadian = 180.0 / kPi;
 // The share of a tolerance that the facets of plane curves may take.
 constexpr double kPlaneShare = 0.5;
+constexpr double kMostFragments = 1e6;
 constexpr std::size_t kMostSums = 4'000'000;  // of corners, for minkowski
 
 /// Makes the plane shape of one node; its parts are made already.
@@ -358,7 +359,16 @@ int fragments_within(double tolerance, double r)
     if (!(tolerance < r)) return 5;
     // 1 - cos is twice the square of the sine of half the angle.
     const double half = std::asin(std::sqrt(0.5 * tolerance / r));
-    return static_cast<int>(std::clamp(std::ceil(kPi / (2.0 * half)), 5.0, 1e7));
+    const double needed = std::ceil(kPi / (2.0 * half));
+    if (!(needed <= kMostFragments)) {
+        const double reached = r * (1.0 - cos_degrees(180.0 / kMostFragments));
+        throw ToleranceNotMet("a circle of radius " + to_text(r) + " needs more than " +
+                                  to_text(kMostFragments) + " sides to be within " +
+                                  to_text(tolerance) + "; with these it is within " +
+                                  to_text(reached),
+                              tolerance, reached, {});
+    }
+    return static_cast<int>(std::max(needed, 5.0));
 }
 
 }  // namespace genus::language

@@ -36,7 +36,7 @@ struct ExtrudedMesh {
 ExtrudedMesh extruded(const ModelNode& node, const PlaneShape& profile);
 
 /// Sides of a circle of radius r whose facets stay within `tolerance` of it: least n with
-/// r (1 - cos(180 / n)) <= tolerance, at least 5.
+/// r (1 - cos(180 / n)) <= tolerance, at least 5. Throws ToleranceNotMet beyond a million.
 int fragments_within(double tolerance, double r);
 
 }  // namespace genus::language

@@ -13,7 +13,7 @@ namespace genus {
 
 namespace {
 
-constexpr double kMostVertices = 1e8;
+constexpr double kMostVertices = 2e7;
 
 // The points of a region, those at one place once, with its sides and triangles by their numbers.
 struct Profile {

@@ -128,6 +128,7 @@ private:
             const Certificate c = certify(surface, formula_, forms_, cube_, result_.tolerance);
             clock_.end("certify");
             if (c.n_failed == 0) return passes(surface, c);
+            last_ = surface;
             note_trouble(surface, c);
             const bool better = static_cast<double>(c.n_failed) < 0.6 * failed_before;
             if (c.failed_faces.empty() || (pass > 0 && !(grew && better))) return false;
@@ -199,8 +200,21 @@ private:
         std::vector<Box3> places;
         for (const auto& [box, size] : trouble_)
             if (places.size() < kMaxPlaces) places.push_back(box);
-        throw ToleranceNotMet("mesh: " + why + ", asked for " + to_text(result_.tolerance),
-                              result_.tolerance, kInfinity, std::move(places));
+        const double reached = bound_reached();
+        const std::string within = std::isinf(reached) ? "" : ", within " + to_text(reached);
+        throw ToleranceNotMet("mesh: " + why + within + ", asked for " + to_text(result_.tolerance),
+                              result_.tolerance, reached, std::move(places));
+    }
+
+    // What can be proven of the last mesh: of ever larger tolerances the first that holds.
+    double bound_reached() const
+    {
+        for (double wider = 4.0; !last_.mesh.faces.empty() && wider <= 64.0; wider *= 4.0) {
+            const Certificate c =
+                certify(last_, formula_, forms_, cube_, wider * result_.tolerance);
+            if (c.n_failed == 0) return c.bound;
+        }
+        return kInfinity;
     }
 
     const MeshOptions& options_;
@@ -210,6 +224,7 @@ private:
     SignFormula formula_;
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
+    SurfaceMesh last_;                              // the last one without a certificate
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };
 
@@ -302,6 +317,20 @@ private:
     std::vector<SurfaceForm> forms_;
 };
 
+// Coordinates of curved solids are rounded; what is asked for must leave room for that.
+void require_above_rounding(double tolerance, const Box3& box)
+{
+    double reach = 0.0;
+    for (int i = 0; i < 3; ++i)
+        reach = std::max({reach, std::fabs(box.min[i]), std::fabs(box.max[i])});
+    const double least = 0x1p-49 * reach;
+    if (tolerance >= least) return;
+    throw ToleranceNotMet("mesh: " + to_text(tolerance) +
+                              " is below the rounding of coordinates of this size, about " +
+                              to_text(least),
+                          tolerance, least, {box});
+}
+
 }  // namespace
 
 MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
@@ -324,6 +353,7 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
+    if (!is_polyhedral(planned)) require_above_rounding(result.tolerance, box);
     // Half of the tolerance for curved operands of a boolean: the rest is for where they cross.
     const SmoothMesher mesh_smooth_part = [&](const Solid& part, IndexedMesh& mesh) {
         MeshedSolid made;

@@ -294,6 +294,7 @@ public:
     {
         for (std::int32_t s = 0; s < m_.n_sides(); ++s)
             if (m_.alive(s) && s < m_.twin(s)) push(s);
+        refuse_hopeless(max_triangles);
         std::int64_t steps = 0;
         while (!queue_.empty()) {
             const Entry e = queue_.top();
@@ -323,6 +324,20 @@ private:
             return error != o.error ? error < o.error : side < o.side;
         }
     };
+
+    // The error of an edge falls with the square of its length, so faces grow in number with the
+    // inverse of the error. Where that estimate is far beyond what is allowed, no time is spent.
+    void refuse_hopeless(std::int64_t max_triangles) const
+    {
+        constexpr double kFar = 8.0;  // the estimate is trusted to this factor
+        const double limit = static_cast<double>(max_triangles);
+        const double needed = static_cast<double>(m_.n_sides() / 3) + expected_ / 1.5;
+        if (needed <= kFar * limit) return;
+        throw ToleranceNotMet("mesh: about " + to_text(std::round(needed * 1e-6)) +
+                                  " million triangles are needed, max_triangles is " +
+                                  std::to_string(max_triangles),
+                              max_error_, max_error_ * needed / limit, {});
+    }
 
     Vec3 outward(std::int32_t label, const Vec3& p) const
     {
@@ -403,7 +418,9 @@ private:
     void push(std::int32_t s)
     {
         const double error = error_of(s);
-        if (error > max_error_) queue_.push({error, s, m_.from(s), m_.to(s)});
+        if (!(error > max_error_)) return;
+        queue_.push({error, s, m_.from(s), m_.to(s)});
+        expected_ += error / max_error_;
     }
 
     // Halves the edge; if the new point does not fit into a face, a longer side of that face is
@@ -453,6 +470,7 @@ private:
     std::vector<double>& factors_;
     std::vector<double> spread_;
     std::priority_queue<Entry> queue_;
+    double expected_ = 0.0;  // sum over edges queued of error beside the one asked for
     std::vector<Box3> places_;
 };
 
