@@ -55,7 +55,7 @@ std::array<std::int64_t, 3> fixed_of(const Vec3& p)
     return fixed;
 }
 
-// Numbers points so that equal points get one number.
+// Numbers points so that equal points get one number. Open addressing: no allocation a point.
 class PointTable {
 public:
     explicit PointTable(Arrangement& arrangement) : out_(arrangement) {}
@@ -68,27 +68,52 @@ public:
     Index add(const ExactPoint& point)
     {
         const auto number = static_cast<Index>(out_.points.size());
-        const Index found = find_or_add(point.fixed, {point.approximate(), &point}, number);
+        PointRef p{point.approximate(), point.on_grid ? nullptr : &point};
+        const Index found = find_or_add(point.fixed, p, number);
         if (found == number) {
-            out_.exact.push_back(point);
-            out_.points.push_back({point.approximate(), &out_.exact.back()});
+            if (p.exact) p.exact = &out_.exact.emplace_back(point);
+            out_.points.push_back(p);
         }
         return found;
     }
 
 private:
+    struct Slot {
+        std::uint32_t hash = 0;
+        Index point = -1;
+    };
+
     Index find_or_add(const std::array<std::int64_t, 3>& fixed, const PointRef& p, Index number)
     {
-        const std::uint64_t h = hash_of(fixed);
-        const auto [begin, end] = table_.equal_range(h);
-        for (auto it = begin; it != end; ++it)
-            if (same_point(out_.points[it->second], p)) return it->second;
-        table_.emplace(h, number);
-        return number;
+        if (2 * n_used_ >= slots_.size()) grow();
+        const auto h = static_cast<std::uint32_t>(hash_of(fixed) >> 32);
+        const std::size_t mask = slots_.size() - 1;
+        for (std::size_t at = h & mask;; at = (at + 1) & mask) {
+            Slot& slot = slots_[at];
+            if (slot.point < 0) {
+                slot = {h, number};
+                ++n_used_;
+                return number;
+            }
+            if (slot.hash == h && same_point(out_.points[slot.point], p)) return slot.point;
+        }
+    }
+    void grow()
+    {
+        const std::vector<Slot> old = std::move(slots_);
+        slots_.assign(std::max<std::size_t>(64, 2 * old.size()), {});
+        const std::size_t mask = slots_.size() - 1;
+        for (const Slot& slot : old) {
+            if (slot.point < 0) continue;
+            std::size_t at = slot.hash & mask;
+            while (slots_[at].point >= 0) at = (at + 1) & mask;
+            slots_[at] = slot;
+        }
     }
 
     Arrangement& out_;
-    std::unordered_multimap<std::uint64_t, Index> table_;
+    std::vector<Slot> slots_;
+    std::size_t n_used_ = 0;
 };
 
 // An intersection point by what makes it: an edge and a face, or two edges.
@@ -172,6 +197,7 @@ public:
         for (const Vec3& p : soup_.points) out_.points.push_back({p, nullptr});
         out_.first_equal.resize(soup_.points.size());
         std::iota(out_.first_equal.begin(), out_.first_equal.end(), 0);
+        entered_.assign(soup_.points.size(), 0);
         out_.passive.assign(soup_.faces.size(), 1);
         out_.first_cell.assign(soup_.faces.size(), -1);
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
@@ -182,79 +208,83 @@ public:
     Corners corners(Index f) const
     {
         Corners c;
-        for (int i = 0; i < 3; ++i) {
-            c.id[i] = corner(f, i);
-            c.at[i] = &soup_.points[c.id[i]];
-        }
+        c.id = soup_.faces[f];
+        for (int i = 0; i < 3; ++i) c.at[i] = &soup_.points[c.id[i]];
         return c;
     }
 
-    // Are the corners of t that s has not all strictly on one side of s?
-    bool one_sided(const Triangle& s, const Triangle& t) const
-    {
-        const auto at = [&](Index v) -> const Vec3& { return soup_.points[v]; };
-        int side = 0;
-        for (const Index v : t) {
-            if (v == s[0] || v == s[1] || v == s[2]) continue;
-            const int here = side_of_plane(at(s[0]), at(s[1]), at(s[2]), at(v));
-            if (here == 0 || here == -side) return false;
-            side = here;
-        }
-        return side != 0;
-    }
+    // What pairs of faces are, by part of the search.
+    struct Found {
+        std::vector<Meeting> meetings;
+        std::vector<std::pair<Index, Index>> equal;  // points at one place, where faces just touch
+        std::int64_t n_candidates = 0;
+    };
 
-    // False if the faces certainly meet in nothing but corners that are one in their operand.
-    bool may_meet(Index f, Index g) const
+    void look_at(Index f, Index g, Found& found) const
     {
-        const auto& a = soup_.faces[f];
-        const auto& b = soup_.faces[g];
-        return !one_sided(a, b) && !one_sided(b, a);
+        Corners at_f = corners(f);
+        Corners at_g = corners(g);
+        // Corners that are one in their operand. Those of two operands at one place are contacts.
+        if (certainly_apart(at_f, at_g)) return;
+        number_corners(at_f, at_g);
+        ++found.n_candidates;
+        const Contact contact = find_contact(at_f, at_g);
+        if (contact.n_events == 0) return;
+        if (contact.n_events == 1 && contact.trivial()) {
+            const Index v = soup_.faces[f][contact.events[0].on_f];
+            const Index w = soup_.faces[g][contact.events[0].on_g];
+            if (v != w) found.equal.push_back({v, w});
+            return;
+        }
+        if (contact.trivial() && joined_by_twins(f, g)) return;
+        found.meetings.push_back({f, g, contact});
     }
 
     void find_meetings()
     {
         const std::size_t n = soup_.faces.size();
         std::vector<FloatBox> boxes(n);
+        std::vector<Index> owners(n);
         parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
             for (std::size_t f = begin; f < end; ++f) {
                 const auto& t = soup_.faces[f];
                 boxes[f] = box_of(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+                const Index operand = soup_.operand[f];
+                const bool crosses =
+                    !soup_.crosses_itself.empty() && soup_.crosses_itself[operand] != 0;
+                owners[f] = crosses ? -1 : operand;
             }
         });
-        const bool within = std::any_of(soup_.crosses_itself.begin(), soup_.crosses_itself.end(),
-                                        [](char c) { return c != 0; });
-        out_.tree = BoxTree(std::move(boxes), soup_.operand);
-        const auto pairs = out_.tree.pairs(within, [&](Index f, Index g) {
-            if (soup_.operand[f] == soup_.operand[g] &&
-                (!within || !soup_.crosses_itself[soup_.operand[f]]))
-                return false;
-            return may_meet(f, g);
-        });
-        out_.n_candidate_pairs = static_cast<std::int64_t>(pairs.size());
+        out_.tree = BoxTree(std::move(boxes), std::move(owners));
+        std::vector<Found> found;
+        out_.tree.visit_pairs(
+            [&](std::size_t parts) { found.resize(parts); },
+            [&](Index f, Index g, std::size_t part) { look_at(f, g, found[part]); });
         for (std::size_t f = 0; f < n; ++f)
             if (!out_.passive[f]) enter_corners(static_cast<Index>(f));
-        for (const auto& [f, g] : pairs) {
-            enter_corners(f);
-            enter_corners(g);
-        }
-
-        meetings_.resize(pairs.size());
-        parallel_for(pairs.size(), 256, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [f, g] = pairs[i];
-                meetings_[i] = {f, g, find_contact(corners(f), corners(g))};
+        for (const Found& part : found) {
+            out_.n_candidate_pairs += part.n_candidates;
+            for (const auto& [v, w] : part.equal) {
+                enter_point(v);
+                enter_point(w);
             }
-        });
-        const auto idle = [](const Meeting& m) {
-            return m.contact.n_events < 2 && m.contact.trivial();
-        };
-        meetings_.erase(std::remove_if(meetings_.begin(), meetings_.end(), idle), meetings_.end());
+            for (const Meeting& m : part.meetings) {
+                enter_corners(m.f);
+                enter_corners(m.g);
+            }
+            meetings_.insert(meetings_.end(), part.meetings.begin(), part.meetings.end());
+        }
     }
 
     void enter_corners(Index f)
     {
-        for (const Index v : soup_.faces[f])
-            if (out_.first_equal[v] == v) out_.first_equal[v] = table_.add_grid_point(v);
+        for (const Index v : soup_.faces[f]) enter_point(v);
+    }
+    void enter_point(Index v)
+    {
+        if (entered_[v]) return;
+        entered_[v] = 1;
+        out_.first_equal[v] = table_.add_grid_point(v);
     }
 
     Index corner(Index f, int i) const { return out_.first_equal[soup_.faces[f][i]]; }
@@ -340,7 +370,6 @@ public:
     {
         for (const Meeting& m : meetings_) {
             const Contact& c = m.contact;
-            if (c.trivial() && joined_by_twins(m)) continue;
             ++out_.n_contacts;
             out_.passive[m.f] = out_.passive[m.g] = 0;
             std::array<Index, 16> points;
@@ -366,10 +395,10 @@ public:
         sort_unique(segments_);
     }
 
-    bool joined_by_twins(const Meeting& m) const
+    bool joined_by_twins(Index f, Index g) const
     {
         for (int i = 0; i < 3; ++i)
-            if (soup_.twin[3 * m.f + i] >= 0 && soup_.twin[3 * m.f + i] / 3 == m.g) return true;
+            if (soup_.twin[3 * f + i] >= 0 && soup_.twin[3 * f + i] / 3 == g) return true;
         return false;
     }
 
@@ -503,9 +532,9 @@ public:
 
         PlanarTriangulation mesh(axis, first_sign < 0, [&](int a, int b) {
             if (a < 0 || b < 0)
-                throw Error("mesh_boolean: operand " + std::to_string(soup_.operand[first]) +
+                throw Error("mesh_boolean: operand " + std::to_string(soup_.given[first].operand) +
                             " or another crosses itself near its face " +
-                            std::to_string(soup_.source[first]));
+                            std::to_string(soup_.given[first].face));
             result.created.push_back(three_planes(plane(first), plane(a), plane(b)));
             const ExactPoint& point = result.created.back();
             result.known.push_back(-static_cast<Index>(result.created.size()));
@@ -608,6 +637,7 @@ private:
     const Soup& soup_;
     Arrangement out_;
     PointTable table_;
+    std::vector<char> entered_;  // by point of the soup: in the table
     std::vector<Meeting> meetings_;
     std::vector<Recipe> recipes_;
     std::vector<Index> recipe_point_;

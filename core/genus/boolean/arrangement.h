@@ -15,7 +15,12 @@ struct Soup {
     std::vector<Vec3> points;  // grid points, see exact_point.h
     std::vector<Triangle> faces;
     std::vector<std::int32_t> operand;  // of each face
-    std::vector<std::int32_t> source;   // number of each face in its operand
+    /// Of each face: the operand that the caller gave and its number there.
+    struct Given {
+        std::int32_t operand;
+        std::int32_t face;
+    };
+    std::vector<Given> given;
     /// Three a face: the halfedge across edge i, numbered 3 face + i, or -1 where the edge does not
     /// join exactly two faces.
     std::vector<std::int32_t> twin;

@@ -83,26 +83,44 @@ BoxTree::BoxTree(std::vector<FloatBox> boxes, std::vector<std::int32_t> owners)
     });
     radix_sort(keyed);
     items_.resize(n);
-    levels_.emplace_back(n);
+    if (n == 0) return;
+    std::vector<FloatBox> sorted(n);
+    std::vector<std::int32_t> owner(n, -1);
     for (std::size_t i = 0; i < n; ++i) {
         items_[i] = keyed[i].second;
-        const auto owner = owners.empty() ? static_cast<std::int32_t>(i) : owners[items_[i]];
-        levels_[0][i] = {boxes[items_[i]], owner};
+        sorted[i] = boxes[items_[i]];
+        if (!owners.empty()) owner[i] = owners[items_[i]];
     }
-    while (levels_.back().size() > 1) {
-        const auto& below = levels_.back();
-        std::vector<Node> level((below.size() + 3) / 4);
-        for (std::size_t i = 0; i < below.size(); ++i) {
-            Node& node = level[i / 4];
-            if (i % 4 == 0)
-                node = below[i];
-            else {
-                node.box.add(below[i].box);
-                if (node.owner != below[i].owner) node.owner = -1;
+    do {
+        add_level(sorted, owner);
+    } while (levels_.back().size() > 1);
+}
+
+// Packs the nodes of one level and leaves those of the next.
+void BoxTree::add_level(std::vector<FloatBox>& boxes, std::vector<std::int32_t>& owners)
+{
+    std::vector<Quad> level((boxes.size() + 3) / 4);
+    for (std::size_t q = 0; q < level.size(); ++q) {
+        FloatBox all;
+        std::int32_t owner = owners[4 * q];
+        for (std::size_t i = 0; i < 4; ++i) {
+            const bool exists = 4 * q + i < boxes.size();
+            const FloatBox box = exists ? boxes[4 * q + i] : FloatBox{};
+            for (int k = 0; k < 3; ++k) {
+                level[q].low[k][i] = box.low[k];
+                level[q].high[k][i] = box.high[k];
             }
+            level[q].owner[i] = exists ? owners[4 * q + i] : -1;
+            if (!exists) continue;
+            all.add(box);
+            if (owners[4 * q + i] != owner) owner = -1;
         }
-        levels_.push_back(std::move(level));
+        boxes[q] = all;
+        owners[q] = owner;
     }
+    boxes.resize(level.size());
+    owners.resize(level.size());
+    levels_.push_back(std::move(level));
 }
 
 }  // namespace genus::exact

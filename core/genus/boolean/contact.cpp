@@ -78,12 +78,25 @@ int pierce(const Corners& f, const Vec3& p, const Vec3& q, int side_of_q)
 
 std::array<int, 3> sides_of(const Corners& f, const Corners& g)
 {
+    const SideOfPlane side(*f.at[0], *f.at[1], *f.at[2]);
     std::array<int, 3> sides;
     for (int i = 0; i < 3; ++i)
-        sides[i] = corner_with(f, g.id[i]) != kOutside
-                       ? 0
-                       : side_of_plane(*f.at[0], *f.at[1], *f.at[2], *g.at[i]);
+        sides[i] = corner_with(f, g.id[i]) != kOutside ? 0 : side.of(*g.at[i]);
     return sides;
+}
+
+// Are the corners of g that f has not all strictly on one side of f?
+bool leaves_on_one_side(const Corners& f, const Corners& g)
+{
+    const SideOfPlane side_of_f(*f.at[0], *f.at[1], *f.at[2]);
+    int side = 0;
+    for (int i = 0; i < 3; ++i) {
+        if (corner_with(f, g.id[i]) != kOutside) continue;
+        const int here = side_of_f.of(*g.at[i]);
+        if (here == 0 || here == -side) return false;
+        side = here;
+    }
+    return side != 0;
 }
 
 bool one_sided(const std::array<int, 3>& s)
@@ -128,6 +141,21 @@ void Contact::add(int on_f, int on_g)
     if (std::find(events.begin(), end, event) != end) return;
     assert(n_events < static_cast<int>(events.size()));
     events[n_events++] = event;
+}
+
+void number_corners(Corners& f, Corners& g)
+{
+    f.id = {0, 1, 2};
+    for (int j = 0; j < 3; ++j) {
+        g.id[j] = 3 + j;
+        for (int i = 0; i < 3; ++i)
+            if (*f.at[i] == *g.at[j]) g.id[j] = i;
+    }
+}
+
+bool certainly_apart(const Corners& f, const Corners& g)
+{
+    return leaves_on_one_side(f, g) || leaves_on_one_side(g, f);
 }
 
 Contact find_contact(const Corners& f, const Corners& g)

@@ -36,6 +36,14 @@ struct Contact {
     void add(int on_f, int on_g);
 };
 
+/// Numbers the corners of f 0 to 2 and those of g 3 to 5, those of g at the place of one of f like
+/// that.
+void number_corners(Corners& f, Corners& g);
+
+/// True only if the triangles meet in nothing but corners of equal numbers, because the other corners of one
+/// lie strictly on one side of the other. Exact and cheap.
+bool certainly_apart(const Corners& f, const Corners& g);
+
 /// Exact. Both triangles must have an area.
 Contact find_contact(const Corners& f, const Corners& g);
 

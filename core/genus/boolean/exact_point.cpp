@@ -47,7 +47,8 @@ WideInt<4> cross_component(int k, const Plane& a, const Plane& b)
 
 // floor(1024 x / w) for w > 0 and |x / w| up to 2^52. Each step takes off what a floating quotient
 // says; the last units are settled by comparison.
-std::int64_t fixed_point(const WideInt<6>& x, const WideInt<6>& w)
+// `whole` is taken back unless the quotient is a whole number of 1024ths, and of ones.
+std::int64_t fixed_point(const WideInt<6>& x, const WideInt<6>& w, bool& whole)
 {
     WideInt<8> rest(x * WideInt<1>(1024));
     const double divisor = w.to_double();
@@ -66,6 +67,7 @@ std::int64_t fixed_point(const WideInt<6>& x, const WideInt<6>& w)
         rest = WideInt<8>(rest - w);
         ++quotient;
     }
+    whole = whole && rest.sign() == 0 && quotient % 1024 == 0;
     return quotient;
 }
 
@@ -75,7 +77,8 @@ void finish(ExactPoint& point)
         point.w = -point.w;
         for (auto& x : point.x) x = -x;
     }
-    for (int k = 0; k < 3; ++k) point.fixed[k] = fixed_point(point.x[k], point.w);
+    point.on_grid = true;
+    for (int k = 0; k < 3; ++k) point.fixed[k] = fixed_point(point.x[k], point.w, point.on_grid);
 }
 
 std::int64_t fixed_of(int k, const PointRef& p)
@@ -188,26 +191,28 @@ ExactPoint three_planes(const Plane& a, const Plane& b, const Plane& c)
     return point;
 }
 
-int side_of_plane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p)
+SideOfPlane::SideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c) : a_(a), b_(b), c_(c)
 {
     const Vec3 ab = b - a;
     const Vec3 ac = c - a;
-    const Vec3 ap = p - a;
-    double det = 0.0;
-    double size = 0.0;
     for (int k = 0; k < 3; ++k) {
-        const int u = (k + 1) % 3;
-        const int v = (k + 2) % 3;
+        const int u = k == 2 ? 0 : k + 1;
+        const int v = k == 0 ? 2 : k - 1;
         const double left = ab[u] * ac[v];
         const double right = ab[v] * ac[u];
-        det += ap[k] * (left - right);
-        size += std::abs(ap[k]) * (std::abs(left) + std::abs(right));
+        normal_[k] = left - right;
+        size_[k] = std::abs(left) + std::abs(right);
     }
-    const double bound = 8.0 * kEpsilon * size;
-    if (det > bound) return 1;
-    if (det < -bound) return -1;
-    if (size == 0.0) return 0;
-    return exact_side_of_plane(a, b, c, p);
+}
+
+int SideOfPlane::exact(const Vec3& p) const
+{
+    return exact_side_of_plane(a_, b_, c_, p);
+}
+
+int side_of_plane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p)
+{
+    return SideOfPlane(a, b, c).of(p);
 }
 
 int turn(int axis, const Vec3& a, const Vec3& b, const Vec3& c)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct ExactPoint {
     std::array<WideInt<6>, 3> x;
     WideInt<6> w;
     std::array<std::int64_t, 3> fixed;
+    bool on_grid;  // all three coordinates are whole numbers
 
     Vec3 approximate() const;
 };
@@ -52,7 +54,38 @@ ExactPoint two_lines(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s)
 /// The planes must meet in one point.
 ExactPoint three_planes(const Plane& a, const Plane& b, const Plane& c);
 
-/// Side of the plane through a, b, c, for grid points: 1 where (b - a) x (c - a) points to.
+/// Sides of the plane through a, b, c, for grid points.
+class SideOfPlane {
+public:
+    SideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c);
+
+    /// 1 where (b - a) x (c - a) points to, 0 on the plane.
+    int of(const Vec3& p) const
+    {
+        double det = 0.0;
+        double size = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double d = p[k] - a_[k];
+            det += d * normal_[k];
+            size += std::abs(d) * size_[k];
+        }
+        const double bound = 8.0 * 1.1102230246251565e-16 * size;
+        if (det > bound) return 1;
+        if (det < -bound) return -1;
+        return size == 0.0 ? 0 : exact(p);
+    }
+
+private:
+    int exact(const Vec3& p) const;
+
+    const Vec3& a_;
+    const Vec3& b_;
+    const Vec3& c_;
+    Vec3 normal_;
+    Vec3 size_;  // sums of the magnitudes of the terms of the normal
+};
+
+/// The same for one point.
 int side_of_plane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p);
 
 /// Turn of a, b, c seen against coordinate axis `axis`: 1 counterclockwise. A triangle whose

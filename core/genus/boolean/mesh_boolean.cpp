@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -143,8 +142,7 @@ private:
 struct Solved {
     std::vector<Vec3> points;
     std::vector<Triangle> faces;
-    std::vector<Index> operand;
-    std::vector<Index> source;
+    std::vector<Soup::Given> given;
 };
 
 bool is_flat(const Vec3& a, const Vec3& b, const Vec3& c)
@@ -161,26 +159,23 @@ bool collide(const Solved& mesh, Index f, Index g)
     for (int i = 0; i < 3; ++i) {
         a.at[i] = &mesh.points[mesh.faces[f][i]];
         b.at[i] = &mesh.points[mesh.faces[g][i]];
-        a.id[i] = i;
-        b.id[i] = 3 + i;
-        for (int j = 0; j < i; ++j)
-            if (*b.at[i] == *b.at[j]) return true;
     }
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            if (*a.at[i] == *b.at[j]) b.id[j] = i;
-    return !exact::find_contact(a, b).trivial();
+    exact::number_corners(a, b);
+    return !exact::certainly_apart(a, b) && !exact::find_contact(a, b).trivial();
 }
 
 // The faces that, after some corners moved, are flat or meet others.
 std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& moved)
 {
+    enum : char { kStill, kSuspect, kFlat };
     std::vector<Index> bad;
     std::vector<Index> suspects;
+    std::vector<char> kind(mesh.faces.size(), kStill);
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         const Triangle& t = mesh.faces[f];
         if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
         const bool flat = is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+        kind[f] = flat ? kFlat : kSuspect;
         (flat ? bad : suspects).push_back(static_cast<Index>(f));
     }
     if (suspects.empty()) return bad;
@@ -191,26 +186,30 @@ std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& 
     std::vector<exact::FloatBox> boxes;
     for (const Index f : suspects) boxes.push_back(box(f));
     const exact::BoxTree tree(std::move(boxes), {});
-    std::vector<char> flat(mesh.faces.size(), 0);
-    for (const Index f : bad) flat[f] = 1;
-    std::vector<char> suspect(mesh.faces.size(), 0);
-    for (const Index f : suspects) suspect[f] = 1;
+    std::vector<std::vector<Index>> found;
+    const auto look_at = [&](Index f, Index g, std::vector<Index>& list) {
+        if (!collide(mesh, f, g)) return;
+        list.push_back(f);
+        list.push_back(g);
+    };
+    const auto take = [&] {
+        for (const auto& part : found) bad.insert(bad.end(), part.begin(), part.end());
+    };
+    tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },
+                     [&](Index a, Index b, std::size_t part) {
+                         look_at(suspects[a], suspects[b], found[part]);
+                     });
+    take();
     constexpr std::size_t kGrain = 4096;
-    std::vector<std::vector<Index>> found(mesh.faces.size() / kGrain + 1);
+    found.assign(mesh.faces.size() / kGrain + 1, {});
     parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto f = static_cast<Index>(i);
-            if (flat[f]) continue;
-            tree.query(box(f), [&](Index s) {
-                const Index g = suspects[s];
-                const bool seen_from_g = g == f || (suspect[f] && g < f);
-                if (seen_from_g || !collide(mesh, f, g)) return;
-                found[begin / kGrain].push_back(f);
-                found[begin / kGrain].push_back(g);
-            });
-        }
+        for (std::size_t f = begin; f < end; ++f)
+            if (kind[f] == kStill)
+                tree.query(box(static_cast<Index>(f)), [&](Index s) {
+                    look_at(static_cast<Index>(f), suspects[s], found[begin / kGrain]);
+                });
     });
-    for (const auto& part : found) bad.insert(bad.end(), part.begin(), part.end());
+    take();
     std::sort(bad.begin(), bad.end());
     bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
     return bad;
@@ -241,20 +240,17 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
         const exact::PointRef& p = arrangement.points[mesh.points[i]];
         solved.points[i] = p.approx;
-        const bool middle = static_cast<std::size_t>(mesh.points[i]) >= n_exact;
-        if (!p.exact && !middle) continue;
+        const auto number = static_cast<std::size_t>(mesh.points[i]);
+        if (number < soup.points.size()) continue;
+        const bool middle = number >= n_exact;
         solved.points[i] = frame.rounded(p.approx);
         moved[i] = middle || !exact::same_point({solved.points[i], nullptr}, p);
     }
-    for (const exact::OutFace& face : faces) {
-        solved.operand.push_back(soup.operand[face.source]);
-        solved.source.push_back(soup.source[face.source]);
-    }
+    for (const exact::OutFace& face : faces) solved.given.push_back(soup.given[face.source]);
     return solved;
 }
 
-// A result as an operand: equal points made one, flat faces left out. `source` then numbers the
-// faces of the result.
+// A result as an operand: equal points made one, flat faces left out.
 Soup as_soup(const Solved& solved)
 {
     Soup soup;
@@ -283,7 +279,7 @@ Soup as_soup(const Solved& solved)
         if (is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) continue;
         place[f] = static_cast<Index>(soup.faces.size());
         soup.faces.push_back(t);
-        soup.source.push_back(face[f]);
+        soup.given.push_back(solved.given[face[f]]);
     }
     for (std::size_t f = 0; f < all.size(); ++f)
         if (place[f] >= 0)
@@ -303,9 +299,10 @@ std::string place_text(const Vec3& p)
 
 // Nothing if the rounded result crosses itself and solving it again does not help; `place` then
 // is a point where it does.
-std::optional<Solved> solve(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
-                            Index n_operands, const MeshBooleanOptions& options,
-                            MeshBooleanReport& report, Vec3& place)
+std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
+                                  const BooleanFormula& formula, Index n_operands,
+                                  const MeshBooleanOptions& options, MeshBooleanReport& report,
+                                  Vec3& place)
 {
     std::vector<char> moved;
     Solved solved = solve_once(soup, frame, formula, n_operands, exact::InsideRule::NonZero,
@@ -317,17 +314,206 @@ std::optional<Solved> solve(const Soup& soup, const Frame& frame, const BooleanF
         place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
         if (round == kMendRounds || solved.faces.size() > most_faces) return std::nullopt;
         ++report.n_mended;
-        Solved mended =
-            solve_once(as_soup(solved), frame, BooleanFormula::union_of(1), 1,
-                       exact::InsideRule::Positive, options.merge_coplanar, moved, report);
-        for (std::size_t f = 0; f < mended.faces.size(); ++f) {
-            const Index before = mended.source[f];
-            mended.operand[f] = solved.operand[before];
-            mended.source[f] = solved.source[before];
-        }
-        solved = std::move(mended);
+        solved = solve_once(as_soup(solved), frame, BooleanFormula::union_of(1), 1,
+                            exact::InsideRule::Positive, options.merge_coplanar, moved, report);
     }
 }
+
+// Unions of many operands, solved in groups of neighbours: what lies inside a group is gone before
+// groups meet, so that the work grows with the surface and not with the square of the overlaps.
+// All groups use the grid of their cluster, and what a group gives needs no look at itself again.
+class InGroups {
+public:
+    InGroups(const Frame& frame, const MeshBooleanOptions& options, MeshBooleanReport& report,
+             Vec3& place)
+        : frame_(frame), options_(options), report_(report), place_(place)
+    {
+    }
+
+    /// As `solve_whole`; long unions, and long lists of things taken away, are united first.
+    std::optional<Solved> solve(const Soup& soup, BooleanFormula formula, Index n_operands)
+    {
+        std::vector<char> present(n_operands, 0);
+        for (const Index i : soup.operand) present[i] = 1;
+        std::vector<Index> uses(n_operands, 0);
+        for (const auto& instruction : formula.instructions)
+            for (const auto& term : instruction.terms)
+                if (term.is_operand) ++uses[term.index];
+        bool split = false;
+        for (auto& instruction : formula.instructions) {
+            std::vector<BooleanFormula::Term> others;
+            std::vector<Index> list;
+            for (const auto& term : instruction.terms) {
+                if (term.is_operand && uses[term.index] == 1 && present[term.index] &&
+                    term.negated == instruction.is_intersection)
+                    list.push_back(term.index);
+                else
+                    others.push_back(term);
+            }
+            if (static_cast<Index>(list.size()) <= options_.largest_union) continue;
+            if (!split) split_by_operand(soup, n_operands);
+            split = true;
+            if (!unite(list)) return std::nullopt;
+            for (const Index i : list) others.push_back({i, true, instruction.is_intersection});
+            instruction.terms = std::move(others);
+        }
+        if (!split)
+            return solve_whole(soup, frame_, formula, n_operands, options_, report_, place_);
+        ++report_.n_steps;
+        std::vector<Index> named;
+        renumber_operands(formula, named);
+        return solve_whole(together(named), frame_, formula, static_cast<Index>(named.size()),
+                           options_, report_, place_);
+    }
+
+private:
+    static constexpr std::size_t kGroup = 8;
+
+    void split_by_operand(const Soup& soup, Index n_operands)
+    {
+        pieces_.resize(n_operands);
+        std::vector<Index> point(soup.points.size(), -1);
+        std::vector<Index> face(soup.faces.size());
+        for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+            Soup& piece = pieces_[soup.operand[f]];
+            face[f] = static_cast<Index>(piece.faces.size());
+            Triangle t = soup.faces[f];
+            for (Index& v : t) {
+                if (point[v] < 0) {
+                    point[v] = static_cast<Index>(piece.points.size());
+                    piece.points.push_back(soup.points[v]);
+                }
+                v = point[v];
+            }
+            piece.faces.push_back(t);
+            piece.given.push_back(soup.given[f]);
+        }
+        for (std::size_t f = 0; f < soup.faces.size(); ++f)
+            for (int i = 0; i < 3; ++i) {
+                const Index h = soup.twin[3 * f + i];
+                pieces_[soup.operand[f]].twin.push_back(h < 0 ? -1 : 3 * face[h / 3] + h % 3);
+            }
+        for (Index i = 0; i < n_operands; ++i) pieces_[i].crosses_itself = {soup.crosses_itself[i]};
+    }
+
+    // The pieces named, each an operand.
+    Soup together(const std::vector<Index>& numbers) const
+    {
+        Soup soup;
+        for (std::size_t n = 0; n < numbers.size(); ++n) {
+            const Soup& piece = pieces_[numbers[n]];
+            const auto first_point = static_cast<Index>(soup.points.size());
+            const auto first_face = static_cast<Index>(soup.faces.size());
+            soup.points.insert(soup.points.end(), piece.points.begin(), piece.points.end());
+            for (const Triangle& t : piece.faces)
+                soup.faces.push_back({t[0] + first_point, t[1] + first_point, t[2] + first_point});
+            for (const Index h : piece.twin) soup.twin.push_back(h < 0 ? -1 : h + 3 * first_face);
+            soup.given.insert(soup.given.end(), piece.given.begin(), piece.given.end());
+            soup.operand.resize(soup.faces.size(), static_cast<Index>(n));
+            soup.crosses_itself.push_back(piece.crosses_itself[0]);
+        }
+        return soup;
+    }
+
+    // Replaces the pieces of the list by few that are unions of them.
+    bool unite(std::vector<Index>& list)
+    {
+        sort_in_space(list);
+        while (list.size() > kGroup) {
+            std::vector<std::vector<Index>> groups;
+            for (std::size_t i = 0; i < list.size(); i += kGroup)
+                groups.emplace_back(
+                    list.begin() + static_cast<std::ptrdiff_t>(i),
+                    list.begin() + static_cast<std::ptrdiff_t>(std::min(list.size(), i + kGroup)));
+            if (!unite_each(groups)) return false;
+            list.clear();
+            for (std::size_t g = 0; g < groups.size(); ++g)
+                list.push_back(static_cast<Index>(pieces_.size() - groups.size() + g));
+        }
+        return true;
+    }
+
+    void sort_in_space(std::vector<Index>& list) const
+    {
+        std::vector<exact::FloatBox> boxes;
+        for (const Index i : list) {
+            exact::FloatBox box;
+            for (const Vec3& p : pieces_[i].points) box.add(exact::box_of(p, p, p));
+            boxes.push_back(box);
+        }
+        std::vector<Index> sorted;
+        const exact::BoxTree tree(std::move(boxes), {});
+        for (const Index i : tree.order()) sorted.push_back(list[i]);
+        list = std::move(sorted);
+    }
+
+    bool unite_each(const std::vector<std::vector<Index>>& groups)
+    {
+        std::vector<std::optional<Solved>> made(groups.size());
+        std::vector<MeshBooleanReport> reports(groups.size());
+        std::vector<Vec3> places(groups.size());
+        parallel_for(groups.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t g = begin; g < end; ++g) {
+                const auto n = static_cast<Index>(groups[g].size());
+                made[g] = solve_whole(together(groups[g]), frame_, BooleanFormula::union_of(n), n,
+                                      options_, reports[g], places[g]);
+            }
+        });
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            add(reports[g]);
+            if (!made[g]) {
+                place_ = places[g];
+                return false;
+            }
+            for (const Index i : groups[g]) pieces_[i] = {};
+            pieces_.push_back(as_piece(std::move(*made[g])));
+        }
+        return true;
+    }
+
+    static Soup as_piece(Solved solved)
+    {
+        Soup piece;
+        piece.points = std::move(solved.points);
+        piece.faces = std::move(solved.faces);
+        piece.given = std::move(solved.given);
+        exact::find_twins(piece.points.size(), piece.faces, piece.twin);
+        piece.crosses_itself = {0};
+        return piece;
+    }
+
+    void add(const MeshBooleanReport& r)
+    {
+        report_.n_candidate_pairs += r.n_candidate_pairs;
+        report_.n_contacts += r.n_contacts;
+        report_.n_passive_faces += r.n_passive_faces;
+        report_.n_cells += r.n_cells;
+        report_.n_new_points += r.n_new_points;
+        report_.n_mended += r.n_mended;
+        ++report_.n_steps;
+    }
+
+    void renumber_operands(BooleanFormula& formula, std::vector<Index>& named) const
+    {
+        std::vector<Index> number(pieces_.size(), -1);
+        for (auto& instruction : formula.instructions)
+            for (auto& term : instruction.terms) {
+                if (!term.is_operand) continue;
+                Index& known = number[term.index];
+                if (known < 0) {
+                    known = static_cast<Index>(named.size());
+                    named.push_back(term.index);
+                }
+                term.index = known;
+            }
+    }
+
+    const Frame& frame_;
+    const MeshBooleanOptions& options_;
+    MeshBooleanReport& report_;
+    Vec3& place_;
+    std::vector<Soup> pieces_;  // the operands, then unions of them
+};
 
 using Meshes = std::vector<const IndexedMesh*>;
 
@@ -380,9 +566,14 @@ private:
         for (const Box3& b : boxes)
             rough.push_back(exact::box_of(nearby(b).min, nearby(b).max, nearby(b).min));
         const exact::BoxTree tree(std::move(rough), {});
-        const auto touching = tree.pairs(
-            true, [&](Index a, Index b) { return overlap(nearby(boxes[a]), nearby(boxes[b])); });
-        for (const auto& [a, b] : touching) sets.unite(a, b);
+        std::vector<std::vector<std::pair<Index, Index>>> touching;
+        tree.visit_pairs([&](std::size_t parts) { touching.resize(parts); },
+                         [&](Index a, Index b, std::size_t part) {
+                             if (overlap(nearby(boxes[a]), nearby(boxes[b])))
+                                 touching[part].push_back({a, b});
+                         });
+        for (const auto& part : touching)
+            for (const auto& [a, b] : part) sets.unite(a, b);
 
         std::vector<Index> number(start.back(), -1);
         for (Index c = 0; c < start.back(); ++c) {
@@ -412,8 +603,8 @@ private:
             const double largest_snap = result_.report.largest_snap;
             const Soup soup = make_soup(cluster_faces_[c], frame, bits);
             const std::int64_t n_cells = result_.report.n_cells;
-            const auto solved = solve(soup, frame, formula_, static_cast<Index>(meshes_.size()),
-                                      options_, result_.report, place);
+            const auto solved = InGroups(frame, options_, result_.report, place)
+                                    .solve(soup, formula_, static_cast<Index>(meshes_.size()));
             if (!solved) continue;
             append(*solved, frame);
             if (n_cells == result_.report.n_cells && bits == 0 && is_one_part(c)) {
@@ -513,7 +704,7 @@ private:
             place_[i][f] = static_cast<Index>(soup.faces.size());
             soup.faces.push_back(t);
             soup.operand.push_back(i);
-            soup.source.push_back(ready_[i].source.empty() ? f : ready_[i].source[f]);
+            soup.given.push_back({i, ready_[i].source.empty() ? f : ready_[i].source[f]});
         }
         soup.twin.reserve(3 * soup.faces.size());
         for (const auto& [i, f] : faces) {
@@ -537,9 +728,10 @@ private:
         for (const Vec3& p : solved.points) mesh.vertices.push_back(frame.from_grid(p));
         for (const Triangle& t : solved.faces)
             mesh.faces.push_back({t[0] + base, t[1] + base, t[2] + base});
-        auto& to = result_;
-        to.operand.insert(to.operand.end(), solved.operand.begin(), solved.operand.end());
-        to.source_face.insert(to.source_face.end(), solved.source.begin(), solved.source.end());
+        for (const auto& [operand, face] : solved.given) {
+            result_.operand.push_back(operand);
+            result_.source_face.push_back(face);
+        }
     }
 
     const Meshes& meshes_;
@@ -554,177 +746,12 @@ private:
     MeshBooleanResult result_;
 };
 
-// Unions of many operands, solved in groups of neighbours: what lies inside a group is gone before
-// groups meet, so that the work grows with the surface and not with the square of the overlaps.
-class Batches {
-public:
-    Batches(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
-            const MeshBooleanOptions& options)
-        : formula_(formula), options_(options)
-    {
-        for (const IndexedMesh& mesh : operands) solids_.push_back({&mesh, {}});
-    }
-
-    MeshBooleanResult run()
-    {
-        // So that a refusal names the operand as it was given.
-        for (std::size_t i = 0; i < solids_.size(); ++i)
-            exact::close_operand(solids_[i].mesh(), static_cast<Index>(i));
-        std::vector<Index> uses(solids_.size(), 0);
-        for (const auto& instruction : formula_.instructions)
-            for (const auto& term : instruction.terms)
-                if (term.is_operand) ++uses[term.index];
-        for (auto& instruction : formula_.instructions) shorten(instruction, uses);
-        renumber_operands();
-        MeshBooleanResult result = Call(meshes(named_), formula_, options_).run();
-        trace(named_, result);
-        add(result.report);
-        result.report = report_;
-        return result;
-    }
-
-private:
-    struct Solid {
-        const IndexedMesh* given;                 // or null
-        std::shared_ptr<MeshBooleanResult> made;  // its faces name operands given
-        const IndexedMesh& mesh() const { return given ? *given : made->mesh; }
-    };
-
-    Meshes meshes(const std::vector<Index>& numbers) const
-    {
-        Meshes list;
-        for (const Index i : numbers) list.push_back(&solids_[i].mesh());
-        return list;
-    }
-
-    // From the operands of one step, which are the solids `numbers`, to those given.
-    void trace(const std::vector<Index>& numbers, MeshBooleanResult& result) const
-    {
-        for (std::size_t f = 0; f < result.operand.size(); ++f) {
-            const Index solid = numbers[result.operand[f]];
-            result.operand[f] = solid;
-            if (const auto& made = solids_[solid].made) {
-                result.operand[f] = made->operand[result.source_face[f]];
-                result.source_face[f] = made->source_face[result.source_face[f]];
-            }
-        }
-    }
-
-    void add(const MeshBooleanReport& r)
-    {
-        report_.grid_step = std::max(report_.grid_step, r.grid_step);
-        report_.largest_snap += r.largest_snap;
-        report_.n_components += r.n_components;
-        report_.n_clusters += r.n_clusters;
-        report_.n_candidate_pairs += r.n_candidate_pairs;
-        report_.n_contacts += r.n_contacts;
-        report_.n_passive_faces += r.n_passive_faces;
-        report_.n_cells += r.n_cells;
-        report_.n_new_points += r.n_new_points;
-        report_.n_mended += r.n_mended;
-        ++report_.n_steps;
-    }
-
-    // The operands of a long union, or of a long list of things taken away, are united first.
-    void shorten(BooleanFormula::Instruction& instruction, const std::vector<Index>& uses)
-    {
-        std::vector<BooleanFormula::Term> others;
-        std::vector<Index> list;
-        for (const auto& term : instruction.terms) {
-            if (term.is_operand && uses[term.index] == 1 &&
-                term.negated == instruction.is_intersection)
-                list.push_back(term.index);
-            else
-                others.push_back(term);
-        }
-        if (static_cast<Index>(list.size()) <= options_.largest_union) return;
-        sort_in_space(list);
-        while (list.size() > kGroup) list = unite_groups(list);
-        for (const Index i : list) others.push_back({i, true, instruction.is_intersection});
-        instruction.terms = std::move(others);
-    }
-
-    void sort_in_space(std::vector<Index>& list) const
-    {
-        std::vector<exact::FloatBox> boxes;
-        for (const Index i : list) {
-            Box3 box;
-            for (const Vec3& p : solids_[i].mesh().vertices) box.add(p);
-            if (!box.bounded() || box.empty()) box = Box3{{}, {}};
-            boxes.push_back(exact::box_of(box.min, box.max, box.min));
-        }
-        std::vector<Index> sorted;
-        const exact::BoxTree tree(std::move(boxes), {});
-        for (const Index i : tree.order()) sorted.push_back(list[i]);
-        list = std::move(sorted);
-    }
-
-    std::vector<Index> unite_groups(const std::vector<Index>& list)
-    {
-        const std::size_t n = (list.size() + kGroup - 1) / kGroup;
-        std::vector<std::shared_ptr<MeshBooleanResult>> made(n);
-        std::vector<std::vector<Index>> groups(n);
-        parallel_for(n, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t g = begin; g < end; ++g) {
-                groups[g].assign(list.begin() + static_cast<std::ptrdiff_t>(g * kGroup),
-                                 list.begin() + static_cast<std::ptrdiff_t>(
-                                                    std::min(list.size(), (g + 1) * kGroup)));
-                const auto formula = BooleanFormula::union_of(static_cast<Index>(groups[g].size()));
-                made[g] = std::make_shared<MeshBooleanResult>(
-                    Call(meshes(groups[g]), formula, options_).run());
-                trace(groups[g], *made[g]);
-            }
-        });
-        std::vector<Index> united;
-        for (std::size_t g = 0; g < n; ++g) {
-            for (const Index i : groups[g]) solids_[i].made.reset();
-            add(made[g]->report);
-            united.push_back(static_cast<Index>(solids_.size()));
-            solids_.push_back({nullptr, std::move(made[g])});
-        }
-        return united;
-    }
-
-    void renumber_operands()
-    {
-        std::vector<Index> number(solids_.size(), -1);
-        for (auto& instruction : formula_.instructions)
-            for (auto& term : instruction.terms) {
-                if (!term.is_operand) continue;
-                Index& known = number[term.index];
-                if (known < 0) {
-                    known = static_cast<Index>(named_.size());
-                    named_.push_back(term.index);
-                }
-                term.index = known;
-            }
-    }
-
-    static constexpr std::size_t kGroup = 8;
-
-    BooleanFormula formula_;
-    const MeshBooleanOptions& options_;
-    std::vector<Solid> solids_;  // those given, then those made
-    std::vector<Index> named_;   // the solids that the formula names in the end
-    MeshBooleanReport report_;
-};
-
-bool has_long_union(const BooleanFormula& formula, Index longest)
-{
-    return std::any_of(formula.instructions.begin(), formula.instructions.end(),
-                       [&](const auto& instruction) {
-                           return static_cast<Index>(instruction.terms.size()) > longest;
-                       });
-}
-
 }  // namespace
 
 MeshBooleanResult mesh_boolean(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
                                const MeshBooleanOptions& options)
 {
     formula.check(static_cast<Index>(operands.size()));
-    if (has_long_union(formula, options.largest_union))
-        return Batches(operands, formula, options).run();
     Meshes meshes;
     for (const IndexedMesh& mesh : operands) meshes.push_back(&mesh);
     return Call(meshes, formula, options).run();

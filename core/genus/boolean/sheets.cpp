@@ -161,8 +161,8 @@ void sort_round_edge(const Soup& soup, const std::vector<PointRef>& points, Shee
         const auto& b = placed[i];
         if (a.sector == b.sector && (a.sector % 2 == 0 || cross(a.sheet, b.sheet) == 0))
             throw Error("mesh_boolean: two faces of operands " +
-                        std::to_string(soup.operand[a.sheet.plane]) + " and " +
-                        std::to_string(soup.operand[b.sheet.plane]) +
+                        std::to_string(soup.given[a.sheet.plane].operand) + " and " +
+                        std::to_string(soup.given[b.sheet.plane].operand) +
                         " cover each other where they were found apart");
     }
     for (std::size_t i = 0; i < placed.size(); ++i) begin[i] = placed[i].sheet;

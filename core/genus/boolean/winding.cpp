@@ -353,8 +353,10 @@ private:
             if (print_ != prints_[back])
                 throw Error(
                     "mesh_boolean: winding numbers do not agree across a face of operand " +
-                    std::to_string(soup_.operand[item < n_cells_ ? cut_.cells[item].plane
-                                                                 : patch_face_[item - n_cells_]]));
+                    std::to_string(soup_
+                                       .given[item < n_cells_ ? cut_.cells[item].plane
+                                                              : patch_face_[item - n_cells_]]
+                                       .operand));
             cross(item, -1);
             if (holds_[front] == holds_[back]) return 0;
             return holds_[back] ? 1 : -1;
