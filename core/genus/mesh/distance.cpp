@@ -261,14 +261,80 @@ private:
         if (bound <= enough()) return bound;
         const Corners& t = c.piece.corners;
         const Vec3 middle = (1.0 / 3.0) * t[0] + (1.0 / 3.0) * t[1] + (1.0 / 3.0) * t[2];
-        return std::min(bound, bound_by_face(c.piece, to_.nearest(middle).face));
+        const std::int32_t face = to_.nearest(middle).face;
+        bound = std::min(bound, bound_by_face(c.piece, face));
+        constexpr double kFewFaces = 6.0;
+        if (bound <= enough() || area_of(t) > kFewFaces * area_of(corners_of(to_.mesh(), face)))
+            return bound;
+        return std::min(bound, bound_by_parts(t));
     }
+
+    // The piece cut along the sides of the faces beneath it: each part is near one face, though the
+    // whole is not. Without this, surfaces that lie in each other but are cut into triangles in
+    // different ways would have to be split to the last bit wherever sides cross.
+    double bound_by_parts(const Corners& t) const
+    {
+        constexpr double kNone = std::numeric_limits<double>::infinity();
+        std::vector<std::vector<Vec3>> open{{t[0], t[1], t[2]}};
+        double bound = 0.0;
+        for (int budget = 32; !open.empty(); --budget) {
+            if (budget == 0) return kNone;
+            std::vector<Vec3> part = std::move(open.back());
+            open.pop_back();
+            Vec3 middle;
+            for (const Vec3& p : part) middle += p / static_cast<double>(part.size());
+            const std::int32_t face = to_.nearest(middle).face;
+            double farthest = farthest_from(part, face);
+            if (farthest > enough()) {
+                part = cut_along(face, std::move(part), open);
+                farthest = part.size() < 3 ? kNone : farthest_from(part, face);
+            }
+            if (farthest > enough()) return kNone;
+            bound = std::max(bound, farthest);
+        }
+        return bound;
+    }
+
+    double farthest_from(const std::vector<Vec3>& part, std::int32_t face) const
+    {
+        double farthest = 0.0;
+        for (const Vec3& p : part) farthest = std::max(farthest, distance_to(p, face));
+        return farthest;
+    }
+
+    // The part over the face; what lies beyond its sides goes to `beyond`.
+    std::vector<Vec3> cut_along(std::int32_t face, std::vector<Vec3> part,
+                                std::vector<std::vector<Vec3>>& beyond) const
+    {
+        const Corners t = corners_of(to_.mesh(), face);
+        const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+        for (std::size_t side = 0; side < 3 && part.size() >= 3; ++side) {
+            const Vec3 inward = cross(normal, t[(side + 1) % 3] - t[side]);
+            std::vector<Vec3> inside, outside;
+            for (std::size_t i = 0; i < part.size(); ++i) {
+                const Vec3 &p = part[i], &q = part[(i + 1) % part.size()];
+                const double at_p = dot(inward, p - t[side]), at_q = dot(inward, q - t[side]);
+                (at_p >= 0.0 ? inside : outside).push_back(p);
+                if ((at_p >= 0.0) == (at_q >= 0.0)) continue;
+                const double s = at_p / (at_p - at_q);
+                const Vec3 crossing = (1.0 - s) * p + s * q;
+                inside.push_back(crossing);
+                outside.push_back(crossing);
+            }
+            if (outside.size() >= 3) beyond.push_back(std::move(outside));
+            part = std::move(inside);
+        }
+        return part;
+    }
+
+    static double area_of(const Corners& t) { return norm(cross(t[1] - t[0], t[2] - t[0])); }
 
     // Splitting ends where the bound is good enough, or rounding would be all that is left.
     double enough() const
     {
         const double rounding = 1e-15 * size_;
-        return known_ + std::max(options_.precision * known_, rounding);
+        return std::max(known_ + std::max(options_.precision * known_, rounding),
+                        options_.sufficient);
     }
 
     template <class MakeCandidate>
@@ -341,6 +407,8 @@ void check_options(const DistanceOptions& options)
 {
     require(options.density >= 0.0, "mesh_distance: density", options.density, "at least 0");
     require(options.precision >= 0.0, "mesh_distance: precision", options.precision, "at least 0");
+    require(options.sufficient >= 0.0, "mesh_distance: sufficient", options.sufficient,
+            "at least 0");
 }
 
 }  // namespace

@@ -12,6 +12,9 @@ struct DistanceOptions {
     double density = 0.0;
     /// How far `bound` may exceed the largest distance, relatively; zero: no bound is sought.
     double precision = 0.01;
+    /// A bound of this or less, in model units, is tight enough whatever the largest distance:
+    /// surfaces that lie in each other need not be told apart to the last bit.
+    double sufficient = 0.0;
     /// Pieces looked at for the bound before it is left as loose as it is.
     std::int64_t max_pieces = 20'000'000;
 };
@@ -49,7 +52,7 @@ struct MeshDistance {
 /// the other has some, a face names a vertex that is not there, a coordinate is not finite, or an
 /// option is negative. Two meshes without faces are at distance zero.
 ///
-/// Implements [tang2009], section 4 (bounds by triangles), with a box tree in place of cuts.
+/// Implements [tang2009], section 4 (bounds by triangles), with nearest faces found by a box tree.
 MeshDistance mesh_distance(const IndexedMesh& a, const IndexedMesh& b,
                            const DistanceOptions& options = {});
 

@@ -145,3 +145,23 @@ TEST(MeshDistance, RefusesWhatItCannotMeasure)
     options.precision = -1;
     EXPECT_THROW(mesh_distance(cases::box(), cases::box(), options), InvalidInput);
 }
+
+TEST(MeshDistance, SurfacesThatLieInEachOtherAreSettledWhereSidesCross)
+{
+    // One plane, cut in ways that share no points inside: without cuts along the sides, millions of
+    // pieces would not do.
+    const IndexedMesh fine = cases::moved(cases::sheet(21, 17), scaling({{1.0 / 21, 1.0 / 17, 1}}));
+    const IndexedMesh coarse = cases::moved(cases::sheet(5, 8), scaling({{1.0 / 5, 1.0 / 8, 1}}));
+    DistanceOptions options;
+    options.max_pieces = 200'000;
+    const MeshDistance d = mesh_distance(fine, coarse, options);
+    EXPECT_LT(d.max, 1e-15);
+    EXPECT_LT(d.bound, 1e-14);
+    // A bound that is good enough ends the search, and is one all the same.
+    options.sufficient = 0.5;
+    const IndexedMesh lifted = cases::moved(coarse, translation({{0, 0, 0.25}}));
+    const MeshDistance loose = mesh_distance(fine, lifted, options);
+    EXPECT_EQ(loose.max, 0.25);
+    EXPECT_GE(loose.bound, 0.25);
+    EXPECT_LE(loose.bound, 0.5);
+}

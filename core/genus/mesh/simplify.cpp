@@ -1,0 +1,289 @@
+#include "genus/mesh/simplify.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <queue>
+#include <utility>
+#include <vector>
+
+#include "genus/base/error.h"
+#include "genus/base/progress.h"
+#include "genus/mesh/distance.h"
+#include "genus/mesh/halfedge_mesh.h"
+#include "genus/mesh/measure.h"
+
+namespace genus {
+
+namespace {
+
+// Sum of weighted squared distances to planes, x^T A x + 2 b^T x + c, and of the weights.
+struct Quadric {
+    double a00 = 0, a01 = 0, a02 = 0, a11 = 0, a12 = 0, a22 = 0;
+    Vec3 b;
+    double c = 0, weight = 0;
+
+    static Quadric of_plane(const Vec3& unit_normal, const Vec3& point, double weight)
+    {
+        const Vec3& n = unit_normal;
+        const double d = -dot(n, point), w = weight;
+        Quadric q;
+        q.a00 = w * n[0] * n[0];
+        q.a01 = w * n[0] * n[1];
+        q.a02 = w * n[0] * n[2];
+        q.a11 = w * n[1] * n[1];
+        q.a12 = w * n[1] * n[2];
+        q.a22 = w * n[2] * n[2];
+        q.b = (w * d) * n;
+        q.c = w * d * d;
+        q.weight = w;
+        return q;
+    }
+
+    Quadric& operator+=(const Quadric& o)
+    {
+        a00 += o.a00;
+        a01 += o.a01;
+        a02 += o.a02;
+        a11 += o.a11;
+        a12 += o.a12;
+        a22 += o.a22;
+        b += o.b;
+        c += o.c;
+        weight += o.weight;
+        return *this;
+    }
+
+    double operator()(const Vec3& p) const
+    {
+        const Vec3 ap{{a00 * p[0] + a01 * p[1] + a02 * p[2], a01 * p[0] + a11 * p[1] + a12 * p[2],
+                       a02 * p[0] + a12 * p[1] + a22 * p[2]}};
+        return dot(p, ap) + 2.0 * dot(b, p) + c;
+    }
+
+    // Where it is least; no value where that is no one point, as on a plane or along an edge.
+    std::optional<Vec3> least() const
+    {
+        const Vec3 r0{{a00, a01, a02}}, r1{{a01, a11, a12}}, r2{{a02, a12, a22}};
+        const Vec3 c01 = cross(r0, r1), c12 = cross(r1, r2), c20 = cross(r2, r0);
+        const double det = dot(r0, c12), trace = a00 + a11 + a22;
+        constexpr double kLeast = 1e-4;  // of the cube of the mean eigenvalue
+        if (!(det > kLeast * trace * trace * trace / 27.0)) return std::nullopt;
+        return (c12 * b[0] + c20 * b[1] + c01 * b[2]) / -det;
+    }
+};
+
+struct Candidate {
+    double cost;  // squared distance
+    std::int32_t halfedge;
+    std::int32_t stamp;
+    // The cheapest comes first out of a priority queue, of equals the one of the smaller number.
+    bool operator<(const Candidate& o) const
+    {
+        return cost != o.cost ? cost > o.cost : halfedge > o.halfedge;
+    }
+};
+
+class Simplifier {
+public:
+    // Points relative to `origin`, so that a mesh far out loses nothing.
+    Simplifier(const HalfedgeMesh& mesh, const Vec3& origin) : mesh_(mesh)
+    {
+        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) mesh_.point(Vertex(v)) -= origin;
+        gather_quadrics();
+        stamps_.assign(mesh_.halfedge_slots(), 0);
+        std::vector<Candidate> all;
+        all.reserve(mesh_.n_edges());
+        for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
+            if (const Halfedge h(i); h < mesh_.opposite(h)) all.push_back({cost(h), h.index, 0});
+        queue_ = std::priority_queue<Candidate>({}, std::move(all));
+    }
+
+    // Until the next edge errs by more than `limit` or so many faces are left.
+    void run(double limit, std::int64_t max_faces)
+    {
+        const double limit2 = limit * limit;
+        for (std::size_t n = 0; !queue_.empty(); ++n) {
+            if (n % 4096 == 0) current_progress().check();
+            if (static_cast<std::int64_t>(mesh_.n_faces()) <= max_faces) return;
+            const Candidate next = queue_.top();
+            if (next.cost > limit2) return;
+            queue_.pop();
+            const Halfedge h(next.halfedge);
+            if (mesh_.is_alive(h) && stamps_[h.index] == next.stamp) collapse(h);
+        }
+    }
+
+    IndexedMesh result(const Vec3& origin) const
+    {
+        IndexedMesh out;
+        std::vector<std::int32_t> number(mesh_.vertex_slots(), -1);
+        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) {
+            if (!mesh_.is_alive(Vertex(v)) || !mesh_.halfedge(Vertex(v)).valid()) continue;
+            number[v] = static_cast<std::int32_t>(out.n_vertices());
+            out.vertices.push_back(mesh_.point(Vertex(v)) + origin);
+        }
+        for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
+            if (!mesh_.is_alive(Face(f))) continue;
+            const Halfedge h = mesh_.halfedge(Face(f));
+            out.faces.push_back({number[mesh_.from(h).index], number[mesh_.to(h).index],
+                                 number[mesh_.to(mesh_.next(h)).index]});
+        }
+        return out;
+    }
+
+private:
+    Vec3 area_vector(const Vec3& a, const Vec3& b, const Vec3& c) const
+    {
+        return cross(b - a, c - a);
+    }
+
+    void gather_quadrics()
+    {
+        quadrics_.assign(mesh_.vertex_slots(), {});
+        for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
+            std::array<Vertex, 3> v;
+            std::size_t i = 0;
+            for (const Halfedge h : mesh_.around(Face(f))) v[i++] = mesh_.from(h);
+            const Vec3& a = mesh_.point(v[0]);
+            const Vec3 n = area_vector(a, mesh_.point(v[1]), mesh_.point(v[2]));
+            const double area = norm(n);
+            if (!(area > 0.0)) continue;
+            const Quadric q = Quadric::of_plane(n / area, a, area);
+            for (const Vertex corner : v) quadrics_[corner.index] += q;
+        }
+        for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
+            if (mesh_.is_boundary(Halfedge(i))) add_border_plane(mesh_.opposite(Halfedge(i)));
+    }
+
+    // The plane through a boundary edge at a right angle to its face.
+    void add_border_plane(Halfedge h)
+    {
+        const Vec3 &a = mesh_.point(mesh_.from(h)), &b = mesh_.point(mesh_.to(h));
+        const Vec3 n = area_vector(a, b, mesh_.point(mesh_.to(mesh_.next(h))));
+        const Vec3 across = cross(b - a, n);
+        if (!(norm(across) > 0.0)) return;
+        const Quadric q = Quadric::of_plane(normalized(across), a, dot(b - a, b - a));
+        quadrics_[mesh_.from(h).index] += q;
+        quadrics_[mesh_.to(h).index] += q;
+    }
+
+    Vec3 place(Halfedge h, const Quadric& q) const
+    {
+        const Vec3 &a = mesh_.point(mesh_.from(h)), &b = mesh_.point(mesh_.to(h));
+        if (const std::optional<Vec3> p = q.least()) {
+            // Far off the edge the quadric knows nothing of the surface.
+            const Vec3 middle = 0.5 * a + 0.5 * b;
+            if (dot(*p - middle, *p - middle) <= 4.0 * dot(b - a, b - a)) return *p;
+        }
+        const Vec3 middle = 0.5 * a + 0.5 * b;
+        const double at_a = q(a), at_b = q(b), at_middle = q(middle);
+        if (at_middle <= at_a && at_middle <= at_b) return middle;
+        return at_a <= at_b ? a : b;
+    }
+
+    Quadric sum(Halfedge h) const
+    {
+        Quadric q = quadrics_[mesh_.from(h).index];
+        q += quadrics_[mesh_.to(h).index];
+        return q;
+    }
+
+    double cost(Halfedge h) const
+    {
+        const Quadric q = sum(h);
+        return q.weight > 0.0 ? std::max(0.0, q(place(h, q)) / q.weight) : 0.0;
+    }
+
+    // The faces round `v` but those beside h, with v moved to p: none turns over or vanishes.
+    bool faces_stay(Vertex v, Halfedge h, const Vec3& p) const
+    {
+        constexpr double kLeastCosine = 0.1;
+        for (const Halfedge x : mesh_.outgoing(v)) {
+            if (mesh_.is_boundary(x)) continue;
+            const Face f = mesh_.face(x);
+            if (f == mesh_.face(h) || f == mesh_.face(mesh_.opposite(h))) continue;
+            const Vec3 &b = mesh_.point(mesh_.to(x)), &c = mesh_.point(mesh_.to(mesh_.next(x)));
+            const Vec3 before = area_vector(mesh_.point(v), b, c), after = area_vector(p, b, c);
+            const double before2 = dot(before, before), after2 = dot(after, after);
+            if (!(after2 > 0.0)) return false;
+            const double cosine = dot(before, after);
+            if (before2 > 0.0 &&
+                (cosine <= 0.0 || cosine * cosine < kLeastCosine * kLeastCosine * before2 * after2))
+                return false;
+        }
+        return true;
+    }
+
+    void collapse(Halfedge h)
+    {
+        const Quadric q = sum(h);
+        const Vec3 p = place(h, q);
+        const Vertex kept = mesh_.to(h);
+        if (!mesh_.can_collapse_edge(h)) return;
+        if (!faces_stay(mesh_.from(h), h, p) || !faces_stay(kept, h, p)) return;
+        mesh_.collapse_edge(h);
+        mesh_.point(kept) = p;
+        quadrics_[kept.index] = q;
+        for (const Halfedge x : mesh_.outgoing(kept)) {
+            const Halfedge named = std::min(x, mesh_.opposite(x));
+            stamps_[named.index] = ++last_stamp_;
+            stamps_[std::max(x, mesh_.opposite(x)).index] = -1;
+            queue_.push({cost(named), named.index, last_stamp_});
+        }
+    }
+
+    HalfedgeMesh mesh_;
+    std::vector<Quadric> quadrics_;
+    std::vector<std::int32_t> stamps_;
+    std::int32_t last_stamp_ = 0;
+    std::priority_queue<Candidate> queue_;
+};
+
+void compare(const IndexedMesh& mesh, const SimplifyOptions& options, SimplifiedMesh& out)
+{
+    DistanceOptions distance;
+    const double size = bounds(mesh).diagonal(), surface = area(mesh);
+    constexpr double kSamples = 20'000;
+    if (surface > 0.0) distance.density = kSamples / surface;
+    distance.precision = options.certify ? 0.05 : 0.0;
+    distance.sufficient = std::min(0.25 * options.tolerance, 1e-3 * size);
+    const MeshDistance d = mesh_distance(mesh, out.mesh, distance);
+    out.measured = d.max;
+    out.certified = options.certify;
+    out.bound = options.certify ? d.bound : d.max;
+}
+
+}  // namespace
+
+SimplifiedMesh simplify(const IndexedMesh& mesh, const SimplifyOptions& options)
+{
+    require(options.tolerance > 0.0, "simplify: tolerance", options.tolerance, "positive");
+    const std::int64_t max_faces = options.max_faces.value_or(0);
+    require(max_faces >= 0, "simplify: max_faces", static_cast<double>(max_faces), "at least 0");
+    require(options.max_faces || std::isfinite(options.tolerance),
+            "simplify: give a tolerance or max_faces");
+    for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
+        if (!is_finite(mesh.vertices[v]))
+            throw InvalidInput("simplify: vertex " + std::to_string(v) + " is not finite");
+    const HalfedgeMesh halfedges(mesh);
+    const Vec3 origin = mesh.vertices.empty() ? Vec3{} : bounds(mesh).center();
+    SimplifiedMesh out;
+    constexpr int kAttempts = 8;
+    double limit = options.tolerance;
+    while (out.attempts < kAttempts) {
+        Simplifier simplifier(halfedges, origin);
+        simplifier.run(limit, max_faces);
+        out.mesh = simplifier.result(origin);
+        ++out.attempts;
+        compare(mesh, options, out);
+        if (out.bound <= options.tolerance) return out;
+        // The quadric error is about proportional to the distance.
+        limit *= std::clamp(0.9 * options.tolerance / out.bound, 0.05, 0.75);
+    }
+    out.mesh = mesh;
+    compare(mesh, options, out);
+    return out;
+}
+
+}  // namespace genus
