@@ -78,7 +78,7 @@ std::vector<double> to_numbers(const py::handle& value, const char* argument)
 {
     if (!is_row(value)) expected(argument, "numbers", value);
     std::vector<double> numbers;
-    for (const py::handle item : py::reinterpret_borrow<py::sequence>(value))
+    for (const py::object item : py::reinterpret_borrow<py::sequence>(value))
         numbers.push_back(to_number(item, argument));
     return numbers;
 }
@@ -166,10 +166,10 @@ PolygonMesh to_polygon_mesh(const py::handle& points, const py::handle& faces)
     check_count(mesh.n_vertices(), "points");
     if (!is_row(faces)) expected("faces", "a list of faces", faces);
     std::vector<std::int32_t> corners;
-    for (const py::handle face : py::reinterpret_borrow<py::sequence>(faces)) {
+    for (const py::object face : py::reinterpret_borrow<py::sequence>(faces)) {
         if (!is_row(face)) expected("faces", "a list of lists of vertex numbers", faces);
         corners.clear();
-        for (const py::handle corner : py::reinterpret_borrow<py::sequence>(face)) {
+        for (const py::object corner : py::reinterpret_borrow<py::sequence>(face)) {
             const py::ssize_t vertex = PyNumber_AsSsize_t(corner.ptr(), PyExc_OverflowError);
             if (vertex == -1 && PyErr_Occurred()) throw py::error_already_set();
             corners.push_back(to_vertex(vertex, "faces", mesh.n_vertices()));

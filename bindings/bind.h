@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "genus/mesh/indexed_mesh.h"
 #include "genus/mesh/measure.h"
@@ -14,6 +15,12 @@ namespace genus::python {
 
 namespace py = pybind11;
 
+/// Of each face of a boolean's result: its operand and the number of its face there.
+struct FaceOrigin {
+    std::vector<std::int32_t> operand;
+    std::vector<std::int32_t> face;
+};
+
 /// What Python sees as genus.Mesh: triangles that never change, and the record of the call that
 /// made them where there was one.
 struct Mesh {
@@ -21,6 +28,7 @@ struct Mesh {
     std::shared_ptr<const MeshedSolid> made;  // null for a mesh that was loaded or given
     double seconds = 0.0;                     // of that call, as its caller sees it
     bool was_measured = false;                // and whether it sampled the error
+    std::shared_ptr<const FaceOrigin> origin;  // null unless a boolean of meshes made it
     // Made when first asked for, with the interpreter lock held.
     mutable std::shared_ptr<const Topology> topology;
     mutable std::optional<Measures> measures;
@@ -47,7 +55,7 @@ void bind_base(py::module_& m);
 py::class_<Mesh> bind_mesh(py::module_& m);
 void bind_reports(py::module_& m);
 void bind_model(py::module_& m);
-void bind_boolean(py::class_<Mesh>& mesh);
+void bind_boolean(py::module_& m, py::class_<Mesh>& mesh);
 void bind_io(py::module_& m, py::class_<Mesh>& mesh);
 void bind_language(py::module_& m);
 

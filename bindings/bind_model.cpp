@@ -65,16 +65,6 @@ Solid make_quadric(const py::object& coefficients, const py::object& bounds)
     return quadric(Quadric::from_matrix(to_transform(coefficients, "coefficients").m), box);
 }
 
-// Operators take any number of solids, or one iterable of them.
-std::vector<Solid> to_solids(const py::args& args)
-{
-    py::object items = args;
-    if (args.size() == 1 && !py::isinstance<Solid>(args[0])) items = args[0];
-    std::vector<Solid> solids;
-    for (const py::handle item : items) solids.push_back(item.cast<Solid>());
-    return solids;
-}
-
 Solid rotated(const Solid& s, const py::object& angles, const py::object& axis)
 {
     if (!axis.is_none())
@@ -301,28 +291,6 @@ seen from outside, of any length.
         py::arg("mesh"), "The solid that a closed mesh bounds.");
 }
 
-void bind_operators(py::module_& m)
-{
-    m.def(
-        "union", [](const py::args& solids) { return unite(to_solids(solids)); },
-        R"(All that is in any of the solids, given one by one or as one list.
-
->>> genus.union(genus.cube(1), genus.cube(2)).bounds().tolist()
-[[0.0, 0.0, 0.0], [2.0, 2.0, 2.0]])");
-    m.def(
-        "intersection", [](const py::args& solids) { return intersect(to_solids(solids)); },
-        R"(All that is in every one of the solids, given one by one or as one list.
-
->>> genus.intersection(genus.cube(1), genus.cube(2)).bounds().tolist()
-[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])");
-    m.def(
-        "difference", [](const py::args& solids) { return subtract(to_solids(solids)); },
-        R"(The first solid less all the others, given one by one or as one list.
-
->>> genus.difference(genus.cube(2), genus.cube(1)).contains([[0.5, 0.5, 0.5]]).tolist()
-[False])");
-}
-
 void bind_solid(py::class_<Solid>& solid)
 {
     const auto add = [](const Solid& a, const Solid& b) { return unite({a, b}); };
@@ -446,7 +414,6 @@ void bind_model(py::module_& m)
         "a & b intersects.");
     bind_ray_hits(m);
     bind_shapes(m);
-    bind_operators(m);
     bind_solid(solid);
 }
 

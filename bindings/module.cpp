@@ -1,6 +1,7 @@
 #include <pybind11/pybind11.h>
 
 #include "bind.h"
+#include "region.h"
 
 PYBIND11_MODULE(_core, m)
 {
@@ -12,7 +13,9 @@ PYBIND11_MODULE(_core, m)
     python::bind_reports(m);
     auto mesh = python::bind_mesh(m);
     python::bind_model(m);
-    python::bind_boolean(mesh);
+    python::bind_region(m);
+    python::bind_plane_construction(m, mesh);
+    python::bind_boolean(m, mesh);
     python::bind_io(m, mesh);
     python::bind_language(m);
 }

@@ -6,18 +6,14 @@
 #include <unordered_map>
 #include <variant>
 
-#include "genus/base/predicates.h"
 #include "genus/base/progress.h"
-#include "genus/boolean/mesh_boolean.h"
 #include "genus/io/read_mesh.h"
 #include "genus/language/builtins_plane.h"
 #include "genus/language/node_reader.h"
 #include "genus/language/stack.h"
 #include "genus/language/tight_bounds.h"
-#include "genus/mesh/hull.h"
 #include "genus/mesh/slice.h"
-#include "genus/mesh/topology.h"
-#include "genus/model/leaf_mesh.h"
+#include "genus/model/construct.h"
 #include "genus/model/mesh_solid.h"
 
 namespace genus {
@@ -30,8 +26,7 @@ using language::plane_shape;
 using language::PlaneShape;
 using List = ModelValue::List;
 
-constexpr double kPartShare = 0.25;           // of the tolerance, for parts that are meshed first
-constexpr std::size_t kMostPieces = 200'000;  // of a minkowski sum
+constexpr double kPartShare = 0.25;  // of the tolerance, for parts that are meshed first
 
 /// Makes the solid of one node; its parts are made already.
 class Maker : NodeReader {
@@ -171,32 +166,8 @@ public:
         return transformed(part, scaling(factor));
     }
 
-    // A hull is that of the corners of all that is united; operators that cut are meshed first.
-    Solid hull()
-    {
-        SolidPoints points(*this);
-        for (const Solid& part : parts_) points.add(part, Transform{});
-        PolygonMesh mesh = convex_hull(points.found);
-        if (mesh.n_faces() == 0) return Solid();
-        return genus::polyhedron(std::move(mesh), points.deviation);
-    }
-
-    // A + B is what the borders sweep over each other, with each part of A at a point of B and each
-    // part of B at a point of A; all of it one union.
-    Solid minkowski()
-    {
-        std::optional<MeshedPart> sum;
-        for (const Solid& part : parts_) {
-            if (part.is_empty()) continue;
-            MeshedPart next = mesh_of(part);
-            if (sum)
-                sum = add(*sum, next);
-            else
-                sum = std::move(next);
-        }
-        if (!sum) return Solid();
-        return genus::polyhedron(to_polygons(sum->mesh), sum->deviation);
-    }
+    Solid hull() { return genus::hull(parts_, part_tolerance()); }
+    Solid minkowski() { return genus::minkowski(parts_, part_tolerance()); }
 
     Solid import()
     {
@@ -220,118 +191,16 @@ public:
     {
         MeshOptions options;
         options.measure = false;
-        if (node_.tolerance > 0.0) options.tolerance = kPartShare * node_.tolerance;
+        options.tolerance = part_tolerance();
         MeshedSolid made = mesh_solid(solid, options);
         const double exact = 1e-9 * bounds(made.mesh).diagonal();
         return {std::move(made.mesh), made.error.bound > exact ? made.error.bound : 0.0};
     }
 
 private:
-    // Corners whose hull is that of a solid.
-    struct SolidPoints {
-        explicit SolidPoints(const Maker& of) : maker(of) {}
-
-        void add(const Solid& solid, const Transform& map)
-        {
-            language::check_stack();
-            const Shape& shape = solid.node().shape;
-            if (const auto* moved = std::get_if<Transformed>(&shape))
-                return add(moved->part, map * moved->map);
-            if (const auto* painted = std::get_if<Colored>(&shape)) return add(painted->part, map);
-            if (const auto* all = std::get_if<Union>(&shape)) {
-                for (const Solid& part : all->parts) add(part, map);
-                return;
-            }
-            if (std::holds_alternative<Empty>(shape)) return;
-            if (is_faceted(shape)) {
-                if (const auto* given = std::get_if<Polyhedron>(&shape))
-                    deviation = std::max(deviation, given->deviation * largest_stretch(map));
-                return add(facet_mesh(shape).vertices, map);
-            }
-            const MeshedPart part = maker.mesh_of(transformed(solid, map));
-            deviation = std::max(deviation, part.deviation);
-            add(part.mesh.vertices, Transform{});
-        }
-        void add(const std::vector<Vec3>& points, const Transform& map)
-        {
-            for (const Vec3& p : points) found.push_back(apply(map, p));
-        }
-
-        const Maker& maker;
-        std::vector<Vec3> found;
-        double deviation = 0.0;
-    };
-
-    MeshedPart add(const MeshedPart& a, const MeshedPart& b) const
+    std::optional<double> part_tolerance() const
     {
-        const double deviation = a.deviation + b.deviation;
-        if (is_convex(a.mesh) && is_convex(b.mesh)) {
-            const IndexedMesh sum = hull_of_sums(a.mesh.vertices, b.mesh.vertices);
-            return {sum, deviation};
-        }
-        // Of a convex part all corners stand for its border.
-        const bool b_convex = is_convex(b.mesh);
-        const MeshedPart& outer = !b_convex && is_convex(a.mesh) ? b : a;
-        const MeshedPart& inner = &outer == &a ? b : a;
-        const bool inner_convex = is_convex(inner.mesh);
-        const std::size_t n_pieces =
-            outer.mesh.n_faces() * (inner_convex ? 1 : inner.mesh.n_faces());
-        if (n_pieces > kMostPieces)
-            fail("minkowski(): " + std::to_string(n_pieces) + " pieces are too many; at most " +
-                 std::to_string(kMostPieces));
-        std::vector<IndexedMesh> pieces;
-        move_to_each_part(outer.mesh, inner.mesh, pieces);
-        move_to_each_part(inner.mesh, outer.mesh, pieces);
-        for (const Triangle& f : outer.mesh.faces) {
-            const std::vector<Vec3> face = corners(outer.mesh, f);
-            if (inner_convex) {
-                add_piece(hull_of_sums(face, inner.mesh.vertices), pieces);
-                continue;
-            }
-            for (const Triangle& g : inner.mesh.faces)
-                add_piece(hull_of_sums(face, corners(inner.mesh, g)), pieces);
-        }
-        return {unite(pieces), deviation};
-    }
-
-    static std::vector<Vec3> corners(const IndexedMesh& mesh, const Triangle& f)
-    {
-        return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
-    }
-    static IndexedMesh hull_of_sums(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
-    {
-        std::vector<Vec3> sums;
-        sums.reserve(a.size() * b.size());
-        for (const Vec3& p : a)
-            for (const Vec3& q : b) sums.push_back(p + q);
-        return to_triangles(convex_hull(sums));
-    }
-    static void add_piece(IndexedMesh piece, std::vector<IndexedMesh>& pieces)
-    {
-        if (piece.n_faces() > 0) pieces.push_back(std::move(piece));
-    }
-    // One corner of every connected part of `places` serves.
-    static void move_to_each_part(const IndexedMesh& mesh, const IndexedMesh& places,
-                                  std::vector<IndexedMesh>& pieces)
-    {
-        const Topology t = topology(places);
-        std::vector<char> done(t.components.size(), 0);
-        for (std::size_t v = 0; v < places.n_vertices(); ++v) {
-            const std::int32_t part = t.component_of_vertex[v];
-            if (part < 0 || done[part] != 0) continue;
-            done[part] = 1;
-            IndexedMesh moved = mesh;
-            for (Vec3& p : moved.vertices) p += places.vertices[v];
-            pieces.push_back(std::move(moved));
-        }
-    }
-    static bool is_convex(const IndexedMesh& mesh)
-    {
-        for (const Triangle& f : mesh.faces)
-            for (const Vec3& p : mesh.vertices)
-                if (orient3d(mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]], p) < 0)
-                    return false;
-        return true;
+        return node_.tolerance > 0.0 ? std::optional(kPartShare * node_.tolerance) : std::nullopt;
     }
 
     Solid join()

@@ -103,6 +103,55 @@ Interval about_zero(double reach)
     return {-reach, reach};
 }
 
+/// The corners of a faceted shape that reach farthest one way, found from the angle of that way:
+/// the nearest corner and its neighbours, for a rounded angle may lie just beyond half-way. The
+/// corners are those of facet_mesh, bit for bit.
+struct FacetReach {
+    const std::array<double, 4>& row;
+    double sign;  // 1 for the upper end of the range, -1 for the lower
+
+    /// a x + b y + c z with the last bit on the side of the sign.
+    double outer(double x, double y, double z) const
+    {
+        const Interval sum = add(add(multiply(row[0], Interval(x)), multiply(row[1], Interval(y))),
+                                 multiply(row[2], Interval(z)));
+        return sign > 0.0 ? sum.hi : sum.lo;
+    }
+    /// Number of the corner of n that is nearest to the way, seen from above.
+    long nearest(int n) const
+    {
+        const double angle = std::atan2(sign * row[1], sign * row[0]);
+        return std::lround(angle / kTurn * n) + n;
+    }
+    double of_ring(int n, double r, double z) const
+    {
+        double best = -sign * directed::kInf;
+        for (long j = nearest(n) - 1; j <= nearest(n) + 1; ++j) {
+            const double angle = 360.0 * static_cast<double>(j % n) / n;
+            const double at = outer(r * cos_degrees(angle), r * sin_degrees(angle), z);
+            if (sign * at > sign * best) best = at;
+        }
+        return best;
+    }
+    double of_sphere(const Sphere& s) const
+    {
+        const int n = s.fragments, rings = (n + 1) / 2;
+        // On the meridian of the nearest corner the reach is sine and cosine of the polar angle.
+        const double flat = std::fabs(of_ring(n, 1.0, 0.0));
+        const double polar = std::atan2(flat, sign * row[2]);
+        const long middle = std::lround(polar / (0.5 * kTurn) * rings - 0.5);
+        double best = -sign * directed::kInf;
+        for (long i = std::max(middle - 1, 0L); i <= std::min(middle + 1, rings - 1L); ++i) {
+            const double angle = 180.0 * (static_cast<double>(i) + 0.5) / rings;
+            const double at = of_ring(n, s.r * sin_degrees(angle), s.r * cos_degrees(angle));
+            if (sign * at > sign * best) best = at;
+        }
+        return best;
+    }
+
+    static constexpr double kTurn = 6.283185307179586;
+};
+
 /// Range of one coordinate of the image: `row` is a row of the map, the last entry the step.
 struct AxisRange {
     const std::array<double, 4>& row;
@@ -127,6 +176,9 @@ struct AxisRange {
     }
     Interval operator()(const Sphere& s) const
     {
+        if (s.fragments > 0)
+            return with_step(
+                {FacetReach{row, -1.0}.of_sphere(s), FacetReach{row, 1.0}.of_sphere(s)});
         return with_step(about_zero(multiply_up(s.r, length_up(row[0], row[1], row[2]))));
     }
     Interval operator()(const Ellipsoid& s) const
@@ -140,6 +192,9 @@ struct AxisRange {
     {
         const double flat = length_up(row[0], row[1]);
         const auto disc = [&](double z, double r) {
+            if (s.fragments > 0)
+                return Interval(FacetReach{row, -1.0}.of_ring(s.fragments, r, z),
+                                FacetReach{row, 1.0}.of_ring(s.fragments, r, z));
             return add(multiply(row[2], Interval(z)), about_zero(multiply_up(r, flat)));
         };
         const double low = s.center ? -0.5 * s.h : 0.0;

@@ -171,6 +171,35 @@ TEST(Solid, BoundsOfAffineImagesAreTight)
         }
 }
 
+// A box of the round shape would be wider than the polyhedron that the shape stands for.
+TEST(Solid, BoundsOfFacetedShapesAreThoseOfTheirPolyhedra)
+{
+    RandomShapes random(33);
+    std::vector<Solid> shapes;
+    for (const int n : {3, 4, 5, 7, 8, 30, 101}) {
+        shapes.push_back(sphere(1.3, n));
+        shapes.push_back(cylinder(3, 1, 0, false, n));
+        shapes.push_back(cylinder(3, 0, 2, true, n));
+        shapes.push_back(cylinder(1, 0.3, 2, true, n));
+    }
+    for (const Solid& shape : shapes) {
+        SCOPED_TRACE(describe(shape.node().shape));
+        const PolygonMesh mesh = facet_mesh(shape.node().shape);
+        EXPECT_EQ(shape.bounds(), bounds(mesh));
+        for (int trial = 0; trial < 50; ++trial) {
+            Vec3 axis{};
+            axis[trial % 3] = 1.0;
+            const Transform t = trial < 3 ? rotation(90.0, axis) : random.affine();
+            const Box3 box = transformed(shape, t).bounds();
+            Box3 corners;
+            for (const Vec3& v : mesh.vertices) corners.add(apply(t, v));
+            const double step = 1e-15 * (norm(box.min) + norm(box.max));
+            EXPECT_TRUE(box.inflated(step).contains(corners));
+            EXPECT_TRUE(corners.inflated(step).contains(box));
+        }
+    }
+}
+
 TEST(Solid, BoundsHoldEveryPointOfRandomTrees)
 {
     RandomShapes random(32);
