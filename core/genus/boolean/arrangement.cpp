@@ -11,6 +11,7 @@
 #include "genus/boolean/box_tree.h"
 #include "genus/boolean/contact.h"
 #include "genus/boolean/planar_triangulation.h"
+#include "genus/boolean/sheets.h"
 #include "genus/mesh/disjoint_sets.h"
 
 namespace genus::exact {
@@ -25,12 +26,6 @@ constexpr int kEdgeCarrier = -2;
 int next(int i)
 {
     return i == 2 ? 0 : i + 1;
-}
-
-EdgeKey edge_key(Index a, Index b)
-{
-    if (a > b) std::swap(a, b);
-    return static_cast<EdgeKey>(a) << 32 | static_cast<std::uint32_t>(b);
 }
 
 std::uint64_t mixed(std::uint64_t h)
@@ -177,7 +172,13 @@ struct GroupCells {
 
 class Arranger {
 public:
-    explicit Arranger(const Soup& soup) : soup_(soup), table_(out_) {}
+    explicit Arranger(const Soup& soup)
+        : soup_(soup),
+          table_(out_),
+          flats_(soup.faces.size()),
+          flat_edge_(3 * soup.faces.size(), -1)
+    {
+    }
 
     Arrangement run()
     {
@@ -185,6 +186,7 @@ public:
         find_meetings();
         make_points();
         register_events();
+        join_flat_faces();
         wake_neighbors();
         group_faces();
         cut_groups();
@@ -354,20 +356,66 @@ public:
         }
     }
 
-    // Both places on one closed edge of the face?
-    static bool along_edge(int a, int b)
+    // Both places on one closed edge of the face? Returns the edge, or -1.
+    static int edge_along(int a, int b)
     {
         for (int i = 0; i < 3; ++i) {
             const auto on = [&](int place) {
                 return place == i || place == next(i) || place == 3 + i;
             };
-            if (on(a) && on(b)) return true;
+            if (on(a) && on(b)) return i;
         }
-        return false;
+        return -1;
+    }
+
+    // Does edge i of f join two faces of one plane that turn alike?
+    bool is_flat(Index f, int i)
+    {
+        signed char& known = flat_edge_[3 * f + i];
+        if (known < 0) {
+            const Index h = soup_.twin[3 * f + i];
+            known = h >= 0 && same_plane(f, h / 3) ? 1 : 0;
+            if (h >= 0) flat_edge_[h] = known;
+        }
+        return known != 0;
+    }
+
+    // For faces with a common edge.
+    bool same_plane(Index f, Index g) const
+    {
+        if (!parallel_faces(soup_, f, g)) return false;
+        const auto at = [&](Index face, int i) -> const Vec3& {
+            return soup_.points[soup_.faces[face][i]];
+        };
+        const int axis = dominant_axis(at(f, 0), at(f, 1), at(f, 2));
+        return normal_sign(axis, at(f, 0), at(f, 1), at(f, 2)) ==
+               normal_sign(axis, at(g, 0), at(g, 1), at(g, 2));
+    }
+
+    bool edge_in_plane(Index f, int i, Index g) const
+    {
+        const Triangle& t = soup_.faces[g];
+        const SideOfPlane side(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        return side.of(soup_.points[soup_.faces[f][i]]) == 0 &&
+               side.of(soup_.points[soup_.faces[f][next(i)]]) == 0;
+    }
+
+    // Would the point be there if flat edges were not?
+    bool is_needed(const Meeting& m, const Contact::Event& e)
+    {
+        if (is_corner(e)) return true;
+        const bool flat_f = e.on_f != Contact::kInside && is_flat(m.f, e.on_f - 3);
+        const bool flat_g = e.on_g != Contact::kInside && is_flat(m.g, e.on_g - 3);
+        if (!flat_f && !flat_g) return true;
+        if (flat_f == flat_g || m.contact.coplanar) return false;
+        if (e.on_f == Contact::kInside || e.on_g == Contact::kInside) return false;
+        // The other edge pierces the plane, or lies in it.
+        return flat_f ? !edge_in_plane(m.g, e.on_g - 3, m.f) : !edge_in_plane(m.f, e.on_f - 3, m.g);
     }
 
     void register_events()
     {
+        needed_.assign(out_.points.size(), 0);
         for (const Meeting& m : meetings_) {
             const Contact& c = m.contact;
             ++out_.n_contacts;
@@ -377,6 +425,7 @@ public:
                 points[i] = point_of(m, c.events[i]);
                 register_at(m.f, c.events[i].on_f, points[i]);
                 register_at(m.g, c.events[i].on_g, points[i]);
+                if (!needed_[points[i]]) needed_[points[i]] = is_needed(m, c.events[i]);
             }
             if (c.coplanar) {
                 coplanar_.push_back({m.f, m.g});
@@ -384,15 +433,107 @@ public:
             }
             if (c.n_events < 2 || points[0] == points[1]) continue;
             const auto [low, high] = std::minmax(points[0], points[1]);
-            if (!along_edge(c.events[0].on_f, c.events[1].on_f))
-                segments_.push_back({m.f, low, high, m.g});
-            if (!along_edge(c.events[0].on_g, c.events[1].on_g))
-                segments_.push_back({m.g, low, high, m.f});
+            const int edge_f = edge_along(c.events[0].on_f, c.events[1].on_f);
+            const int edge_g = edge_along(c.events[0].on_g, c.events[1].on_g);
+            if (edge_f < 0 || is_flat(m.f, edge_f)) segments_.push_back({m.f, low, high, m.g});
+            if (edge_g < 0 || is_flat(m.g, edge_g)) segments_.push_back({m.g, low, high, m.f});
         }
         meetings_.clear();
         sort_unique(on_edge_);
         sort_unique(in_face_);
-        sort_unique(segments_);
+    }
+
+    // Edges between faces of one plane, diagonals mostly, are left out where something crosses
+    // them: these faces are then one flat, and points that only such an edge would make are none.
+    void join_flat_faces()
+    {
+        std::vector<SegmentInFace> joined;
+        do {
+            find_flats();
+            joined = segments_;
+            for (SegmentInFace& s : joined) {
+                s.face = flats_.find(s.face);
+                s.other = flats_.find(s.other);
+            }
+            sort_unique(joined);
+        } while (!join_segments(joined));
+        segments_ = std::move(joined);
+        const auto needless = [&](const auto& at) { return !needed_[at.point]; };
+        on_edge_.erase(std::remove_if(on_edge_.begin(), on_edge_.end(), needless), on_edge_.end());
+        in_face_.erase(std::remove_if(in_face_.begin(), in_face_.end(), needless), in_face_.end());
+    }
+
+    void find_flats()
+    {
+        cut_edges_.clear();
+        for (const PointOnEdge& at : on_edge_)
+            if (!needed_[at.point] && (cut_edges_.empty() || cut_edges_.back() != at.edge))
+                cut_edges_.push_back(at.edge);
+        flats_ = DisjointSets(soup_.faces.size());
+        if (cut_edges_.empty()) return;
+        for (const Index h : touched_edges_)
+            if (is_left_out(h / 3, h % 3)) flats_.unite(h / 3, soup_.twin[h] / 3);
+    }
+
+    // Among edges that something touches: is it flat, with points that it would make?
+    bool is_left_out(Index f, int i) const
+    {
+        return flat_edge_[3 * f + i] == 1 &&
+               std::binary_search(cut_edges_.begin(), cut_edges_.end(), edge(f, i));
+    }
+
+    // Joins segments of one flat and one other at needless points. False if there was one at which
+    // not two of them ended: it is needed then, and all has to be done again.
+    bool join_segments(std::vector<SegmentInFace>& segments)
+    {
+        std::vector<SegmentInFace> joined;
+        std::vector<std::pair<Index, Index>> ends;  // needless point, segment
+        bool sound = true;
+        for (std::size_t begin = 0; begin < segments.size();) {
+            ends.clear();
+            std::size_t end = begin;
+            for (; end < segments.size() && segments[end].face == segments[begin].face &&
+                   segments[end].other == segments[begin].other;
+                 ++end)
+                for (const Index p : {segments[end].from, segments[end].to})
+                    if (!needed_[p]) ends.push_back({p, static_cast<Index>(end)});
+            std::sort(ends.begin(), ends.end());
+            for (std::size_t i = 0; i < ends.size();) {
+                std::size_t j = i;
+                while (j < ends.size() && ends[j].first == ends[i].first) ++j;
+                if (j - i != 2) {
+                    needed_[ends[i].first] = 1;
+                    sound = false;
+                }
+                i = j;
+            }
+            if (sound) follow_segments(segments, begin, end, ends, joined);
+            begin = end;
+        }
+        std::sort(joined.begin(), joined.end());
+        segments = std::move(joined);
+        return sound;
+    }
+
+    void follow_segments(const std::vector<SegmentInFace>& segments, std::size_t begin,
+                         std::size_t end, const std::vector<std::pair<Index, Index>>& ends,
+                         std::vector<SegmentInFace>& joined) const
+    {
+        for (std::size_t s = begin; s < end; ++s) {
+            SegmentInFace whole = segments[s];
+            if (!needed_[whole.from]) std::swap(whole.from, whole.to);
+            if (!needed_[whole.from]) continue;  // comes up from its ends
+            auto at = static_cast<Index>(s);
+            while (!needed_[whole.to]) {
+                const auto pair = std::lower_bound(ends.begin(), ends.end(),
+                                                   std::pair<Index, Index>{whole.to, 0});
+                at = pair[0].second == at ? pair[1].second : pair[0].second;
+                whole.to = segments[at].from == whole.to ? segments[at].to : segments[at].from;
+            }
+            if (whole.from > whole.to) std::swap(whole.from, whole.to);
+            // One that was joined comes up from both ends.
+            if (at == static_cast<Index>(s) || static_cast<Index>(s) < at) joined.push_back(whole);
+        }
     }
 
     bool joined_by_twins(Index f, Index g) const
@@ -411,16 +552,22 @@ public:
 
     void group_faces()
     {
+        flat_of_.assign(soup_.faces.size(), -1);
         DisjointSets sets(static_cast<Index>(soup_.faces.size()));
         for (const auto& [f, g] : coplanar_) sets.unite(f, g);
-        std::vector<std::pair<Index, Index>> members;
+        std::vector<std::array<Index, 3>> members;  // group, flat, face
+        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
+            if (out_.passive[f]) continue;
+            flat_of_[f] = flats_.find(f);
+            sets.unite(f, flat_of_[f]);
+        }
         for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f)
-            if (!out_.passive[f]) members.push_back({sets.find(f), f});
+            if (!out_.passive[f]) members.push_back({sets.find(f), flat_of_[f], f});
         std::sort(members.begin(), members.end());
         for (std::size_t i = 0; i < members.size(); ++i) {
-            if (i == 0 || members[i].first != members[i - 1].first)
+            if (i == 0 || members[i][0] != members[i - 1][0])
                 group_start_.push_back(static_cast<Index>(i));
-            group_faces_.push_back(members[i].second);
+            group_faces_.push_back(members[i][2]);
         }
         group_start_.push_back(static_cast<Index>(members.size()));
     }
@@ -574,10 +721,13 @@ public:
             const auto [from, to] = range_of(in_face_, &PointInFace::face, group_faces_[m]);
             for (std::size_t i = from; i < to; ++i) insert(in_face_[i].point);
         }
-        for (const auto& three : chains)
-            for (const auto& c : three)
+        for (Index m = begin; m < end; ++m)
+            for (int e = 0; e < 3; ++e) {
+                if (is_left_out(group_faces_[m], e)) continue;
+                const auto& c = chains[m - begin][e];
                 for (std::size_t i = 1; i < c.size(); ++i)
                     mesh.constrain(local.at(c[i - 1]), local.at(c[i]), kEdgeCarrier);
+            }
         for (Index m = begin; m < end; ++m) {
             const auto [from, to] = range_of(segments_, &SegmentInFace::face, group_faces_[m]);
             for (std::size_t i = from; i < to; ++i)
@@ -590,31 +740,38 @@ public:
         for (const auto& cell : mesh.cells()) result.corners.push_back(cell.v);
         if (end == begin + 1) return;
         result.covers.resize(mesh.cells().size());
-        for (Index m = begin; m < end; ++m) {
-            const auto& c = soup_.faces[group_faces_[m]];
-            const int sign =
-                normal_sign(axis, soup_.points[c[0]], soup_.points[c[1]], soup_.points[c[2]]);
-            cover(mesh, chains[m - begin], local, {group_faces_[m], sign * first_sign},
-                  result.covers);
+        for (Index m = begin; m < end;) {
+            const Index flat = flat_of_[group_faces_[m]];
+            const auto& c = soup_.faces[flat];
+            const int sign = first_sign * normal_sign(axis, soup_.points[c[0]], soup_.points[c[1]],
+                                                      soup_.points[c[2]]);
+            std::vector<std::array<int, 2>> rim;
+            for (; m < end && flat_of_[group_faces_[m]] == flat; ++m)
+                for (int e = 0; e < 3; ++e)
+                    if (!is_left_out(group_faces_[m], e))
+                        add_to_rim(mesh, chains[m - begin][e], local, sign, rim);
+            cover(mesh, rim, {flat, sign}, result.covers);
         }
     }
 
-    // Floods the cells of one face from its edges.
-    static void cover(const PlanarTriangulation& mesh,
-                      const std::array<std::vector<Index>, 3>& chains,
-                      const std::unordered_map<Index, Index>& local, Arrangement::Cover what,
-                      std::vector<std::vector<Arrangement::Cover>>& covers)
+    static void add_to_rim(const PlanarTriangulation& mesh, const std::vector<Index>& chain,
+                           const std::unordered_map<Index, Index>& local, int sign,
+                           std::vector<std::array<int, 2>>& rim)
     {
-        std::vector<std::array<int, 2>> rim;
-        for (const auto& c : chains)
-            for (std::size_t i = 1; i < c.size(); ++i) {
-                int a = local.at(c[i - 1]);
-                int b = local.at(c[i]);
-                if (what.sign < 0) std::swap(a, b);
-                const auto edge = mesh.find_edge(a, b);
-                if (edge[0] < 0) throw Error("mesh_boolean: an edge was lost in its plane");
-                rim.push_back(edge);
-            }
+        for (std::size_t i = 1; i < chain.size(); ++i) {
+            int a = local.at(chain[i - 1]);
+            int b = local.at(chain[i]);
+            if (sign < 0) std::swap(a, b);
+            const auto edge = mesh.find_edge(a, b);
+            if (edge[0] < 0) throw Error("mesh_boolean: an edge was lost in its plane");
+            rim.push_back(edge);
+        }
+    }
+
+    // Floods the cells of one flat from its rim.
+    static void cover(const PlanarTriangulation& mesh, std::vector<std::array<int, 2>>& rim,
+                      Arrangement::Cover what, std::vector<std::vector<Arrangement::Cover>>& covers)
+    {
         std::sort(rim.begin(), rim.end());
         std::vector<int> stack;
         const auto enter = [&](int cell) {
@@ -645,6 +802,11 @@ private:
     std::vector<PointInFace> in_face_;
     std::vector<SegmentInFace> segments_;
     std::vector<Index> touched_edges_;
+    DisjointSets flats_;                  // faces joined across flat edges that are left out
+    std::vector<Index> flat_of_;          // by face; the first face of a flat stands for it
+    std::vector<signed char> flat_edge_;  // by halfedge: 1 flat, 0 not, -1 not asked yet
+    std::vector<EdgeKey> cut_edges_;      // with points that only flat edges make; sorted
+    std::vector<char> needed_;            // by point: there even if flat edges were not
     std::vector<std::pair<Index, Index>> coplanar_;
     std::vector<Index> group_faces_;
     std::vector<Index> group_start_;

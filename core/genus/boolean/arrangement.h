@@ -64,7 +64,8 @@ struct Arrangement {
 
 /// Implements [cherchi2020]: intersections found face by face, each face cut on its own, with
 /// common points made equal by exact comparison. Departs from it where coplanar faces overlap:
-/// they are cut together.
+/// they are cut together; and where something crosses the edge between two faces of one operand
+/// and one plane: they are cut as one, without that edge.
 ///
 /// Time grows with the boxes that overlap. Throws Error if operands cross themselves that were
 /// declared not to.

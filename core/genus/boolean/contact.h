@@ -40,8 +40,8 @@ struct Contact {
 /// that.
 void number_corners(Corners& f, Corners& g);
 
-/// True only if the triangles meet in nothing but corners of equal numbers, because the other corners of one
-/// lie strictly on one side of the other. Exact and cheap.
+/// True only if the triangles meet in nothing but corners of equal numbers, because the other
+/// corners of one lie strictly on one side of the other. Exact and cheap.
 bool certainly_apart(const Corners& f, const Corners& g);
 
 /// Exact. Both triangles must have an area.

@@ -367,7 +367,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kGroup = 8;
+    static constexpr std::size_t kGroup = 4;
 
     void split_by_operand(const Soup& soup, Index n_operands)
     {
