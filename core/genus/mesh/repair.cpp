@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "genus/base/error.h"
+#include "genus/base/predicates.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/disjoint_sets.h"
@@ -27,10 +28,9 @@ namespace {
 // Kept points in cells as wide as the tolerance: whatever is near lies in one of 27.
 class NearPoints {
 public:
-    NearPoints(const IndexedMesh& mesh, double tolerance)
-        : origin_(bounds(mesh).min), tolerance_(tolerance)
+    NearPoints(const Box3& box, double tolerance) : origin_(box.min), tolerance_(tolerance)
     {
-        const Vec3 size = bounds(mesh).size();
+        const Vec3 size = box.size();
         const double steps = std::max({size[0], size[1], size[2]}) / tolerance;
         require(steps < 0x1p40, "weld: tolerance", tolerance, "at least 1e-12 of the size");
     }
@@ -79,48 +79,52 @@ private:
     std::unordered_map<std::uint64_t, std::vector<std::pair<Vec3, std::int32_t>>> cells_;
 };
 
-std::vector<std::int32_t> weld_targets(const IndexedMesh& mesh, double tolerance)
-{
-    std::vector<std::int32_t> target(mesh.n_vertices());
-    if (tolerance == 0.0) {
-        PointTable table;
-        for (std::size_t v = 0; v < target.size(); ++v)
-            target[v] = table.find_or_add(mesh.vertices[v]);
-        return target;
-    }
-    NearPoints kept(mesh, tolerance);
-    for (std::size_t v = 0; v < target.size(); ++v) {
-        if (v % 4096 == 4095) current_progress().check();
-        target[v] = kept.find_or_keep(mesh.vertices[v], static_cast<std::int32_t>(v));
-    }
-    return target;
-}
-
 // Faces by new vertex names; vertices named by faces only, in the order of their first numbers.
-IndexedMesh renamed(const IndexedMesh& mesh, const std::vector<std::int32_t>& target)
+// `sources` takes the number that each vertex had.
+IndexedMesh renamed(const IndexedMesh& mesh, const std::vector<std::int32_t>& target,
+                    std::vector<std::int32_t>& sources)
 {
-    std::vector<std::int32_t> first(mesh.n_vertices(), -1), number(mesh.n_vertices(), -1);
+    std::vector<std::int32_t> number(mesh.n_vertices(), -1);
     std::vector<std::uint8_t> used(mesh.n_vertices(), 0);
-    for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
-        if (first[target[v]] < 0) first[target[v]] = static_cast<std::int32_t>(v);
     for (const Triangle& t : mesh.faces)
         for (const std::int32_t v : t) used[target[v]] = 1;
     IndexedMesh out;
     for (std::size_t v = 0; v < mesh.n_vertices(); ++v) {
-        const std::int32_t t = target[v];
-        if (!used[t] || first[t] != static_cast<std::int32_t>(v)) continue;
-        number[t] = static_cast<std::int32_t>(out.n_vertices());
+        if (!used[v]) continue;
+        number[v] = static_cast<std::int32_t>(out.n_vertices());
         out.vertices.push_back(mesh.vertices[v]);
+        sources.push_back(static_cast<std::int32_t>(v));
     }
     for (const auto& [a, b, c] : mesh.faces)
         out.faces.push_back({number[target[a]], number[target[b]], number[target[c]]});
     return out;
 }
 
+IndexedMesh welded(const IndexedMesh& mesh, double tolerance, std::vector<std::int32_t>& sources)
+{
+    check_indices(TriangleSides(mesh), mesh.n_vertices());
+    return renamed(mesh, weld_targets(mesh.vertices, tolerance), sources);
+}
+
 // ---- faces ------------------------------------------------------------------------------------
 
-void drop_faces(IndexedMesh& mesh, RepairReport& report)
+// Keeps the faces with these numbers, and what is known of them.
+void keep_faces(RepairedMesh& out, const std::vector<std::size_t>& kept)
 {
+    std::vector<Triangle> faces;
+    std::vector<std::int32_t> sources;
+    for (const std::size_t f : kept) {
+        faces.push_back(out.mesh.faces[f]);
+        sources.push_back(out.source_face[f]);
+    }
+    out.mesh.faces = std::move(faces);
+    out.source_face = std::move(sources);
+}
+
+void drop_faces(RepairedMesh& out)
+{
+    const IndexedMesh& mesh = out.mesh;
+    RepairReport& report = out.report;
     std::vector<std::pair<Triangle, std::size_t>> keys;
     for (std::size_t f = 0; f < mesh.n_faces(); ++f) {
         Triangle t = mesh.faces[f];
@@ -139,9 +143,7 @@ void drop_faces(IndexedMesh& mesh, RepairReport& report)
             kept.push_back(keys[i].second);
     }
     std::sort(kept.begin(), kept.end());
-    std::vector<Triangle> faces;
-    for (const std::size_t f : kept) faces.push_back(mesh.faces[f]);
-    mesh.faces = std::move(faces);
+    keep_faces(out, kept);
 }
 
 std::vector<std::int32_t> twins_of(const IndexedMesh& mesh)
@@ -270,13 +272,130 @@ private:
     std::vector<std::uint8_t> turned_, closed_, one_sided_;
 };
 
+// ---- T-junctions ------------------------------------------------------------------------------
+
+// Vertices of open edges that lie within open edges of others.
+class Junctions {
+public:
+    Junctions(const IndexedMesh& mesh, double tolerance) : mesh_(mesh), tolerance_(tolerance)
+    {
+        const std::vector<std::int32_t> twin = twins_of(mesh);
+        const TriangleSides sides(mesh);
+        std::vector<Box3> boxes;
+        std::vector<std::uint8_t> on_border(mesh.n_vertices(), 0);
+        for (std::int32_t s = 0; s < static_cast<std::int32_t>(twin.size()); ++s) {
+            if (twin[s] != kBoundarySide) continue;
+            open_.push_back(s);
+            Box3 box;
+            for (const std::int32_t v : {sides.from(s), sides.to(s)}) {
+                on_border[v] = 1;
+                box.add(mesh.vertices[v] + Vec3{{tolerance, tolerance, tolerance}});
+                box.add(mesh.vertices[v] - Vec3{{tolerance, tolerance, tolerance}});
+            }
+            boxes.push_back(box);
+        }
+        const BoxTree tree(boxes);
+        for (std::size_t v = 0; v < mesh.n_vertices(); ++v) {
+            if (v % 4096 == 4095) current_progress().check();
+            if (on_border[v]) look_for(static_cast<std::int32_t>(v), tree);
+        }
+        std::sort(found_.begin(), found_.end());
+    }
+
+    std::size_t size() const { return found_.size(); }
+
+    // Faces with vertices in their sides, cut; the others as they are, all in their order.
+    // `sources` takes the number of the face that each comes from.
+    std::vector<Triangle> cut_faces(std::vector<std::int32_t>& sources) const
+    {
+        std::vector<Triangle> faces;
+        auto at = found_.begin();
+        for (std::size_t f = 0; f < mesh_.n_faces(); ++f) {
+            if (at == found_.end() || static_cast<std::size_t>(at->side / 3) != f) {
+                faces.push_back(mesh_.faces[f]);
+                sources.push_back(static_cast<std::int32_t>(f));
+                continue;
+            }
+            PolygonMesh cut;
+            std::vector<std::int32_t> corners, numbers;
+            for (std::size_t i = 0; i < 3; ++i) {
+                numbers.push_back(mesh_.faces[f][i]);
+                const auto side = static_cast<std::int32_t>(3 * f + i);
+                for (; at != found_.end() && at->side == side; ++at) numbers.push_back(at->vertex);
+            }
+            for (const std::int32_t v : numbers) {
+                corners.push_back(static_cast<std::int32_t>(cut.n_vertices()));
+                cut.vertices.push_back(mesh_.vertices[v]);
+            }
+            cut.add_face(corners);
+            for (const auto& [a, b, c] : to_triangles(cut).faces)
+                faces.push_back({numbers[a], numbers[b], numbers[c]});
+            sources.resize(faces.size(), static_cast<std::int32_t>(f));
+        }
+        return faces;
+    }
+
+private:
+    struct Found {
+        std::int32_t side;
+        double along;
+        std::int32_t vertex;
+        auto operator<=>(const Found&) const = default;
+    };
+
+    void look_for(std::int32_t v, const BoxTree& tree)
+    {
+        Box3 box;
+        box.add(mesh_.vertices[v]);
+        for (const std::int32_t i : tree.overlapping(box)) {
+            const std::int32_t side = open_[i];
+            const Triangle& face = mesh_.faces[side / 3];
+            if (std::find(face.begin(), face.end(), v) != face.end()) continue;
+            const Vec3& a = mesh_.vertices[face[side % 3]];
+            const Vec3& b = mesh_.vertices[face[(side % 3 + 1) % 3]];
+            const Vec3 p = mesh_.vertices[v];
+            const double along = dot(p - a, b - a) / dot(b - a, b - a);
+            if (!(along > 0.0 && along < 1.0)) continue;
+            const bool on_edge = tolerance_ > 0.0 ? distance(p, a + along * (b - a)) <= tolerance_
+                                                  : on_one_line(a, b, p);
+            if (on_edge) found_.push_back({side, along, v});
+        }
+    }
+
+    static bool on_one_line(const Vec3& a, const Vec3& b, const Vec3& p)
+    {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::size_t j = (i + 1) % 3;
+            if (orient2d({{a[i], a[j]}}, {{b[i], b[j]}}, {{p[i], p[j]}}) != 0) return false;
+        }
+        return true;
+    }
+
+    const IndexedMesh& mesh_;
+    double tolerance_;
+    std::vector<std::int32_t> open_;  // sides
+    std::vector<Found> found_;
+};
+
+void cut_at_junctions(RepairedMesh& out, double tolerance)
+{
+    const Junctions junctions(out.mesh, tolerance);
+    out.report.t_junctions = static_cast<std::int64_t>(junctions.size());
+    if (junctions.size() == 0) return;
+    std::vector<std::int32_t> sources;
+    std::vector<Triangle> faces = junctions.cut_faces(sources);
+    for (std::int32_t& f : sources) f = out.source_face[f];
+    out.mesh.faces = std::move(faces);
+    out.source_face = std::move(sources);
+    drop_faces(out);
+}
+
 // ---- cutting apart ----------------------------------------------------------------------------
 
 // Corners stay together if they are joined across edges of exactly two faces that agree.
-std::int64_t split_complex(IndexedMesh& mesh)
+DisjointSets fans_of(const IndexedMesh& mesh, const std::vector<std::int32_t>& twin)
 {
     const TriangleSides sides(mesh);
-    const std::vector<std::int32_t> twin = twins_of(mesh);
     DisjointSets fans(sides.n_sides());
     for (std::int32_t s = 0; s < static_cast<std::int32_t>(twin.size()); ++s) {
         const std::int32_t t = twin[s];
@@ -284,8 +403,78 @@ std::int64_t split_complex(IndexedMesh& mesh)
         fans.unite(s, sides.next(t));
         fans.unite(sides.next(s), t);
     }
+    return fans;
+}
+
+double size_of(const IndexedMesh& mesh, std::int32_t face)
+{
+    const auto& [a, b, c] = mesh.faces[face];
+    return norm(cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]));
+}
+
+// Of the faces at each complex edge all but the two largest, the earlier of equals.
+std::vector<std::int32_t> faces_too_many(const IndexedMesh& mesh, const Topology& t)
+{
+    std::vector<std::int32_t> out;
+    for (const ComplexEdge& edge : t.complex_edges) {
+        std::vector<std::int32_t> faces = edge.faces;
+        std::stable_sort(faces.begin(), faces.end(), [&](std::int32_t f, std::int32_t g) {
+            return size_of(mesh, f) > size_of(mesh, g);
+        });
+        out.insert(out.end(), faces.begin() + 2, faces.end());
+    }
+    return out;
+}
+
+// Of the fans at each complex vertex all faces but those of the one that has most.
+std::vector<std::int32_t> fans_too_many(const IndexedMesh& mesh, const Topology& t)
+{
+    DisjointSets fans = fans_of(mesh, twins_of(mesh));
+    std::vector<std::uint8_t> is_complex(mesh.n_vertices(), 0);
+    for (const ComplexVertex& v : t.complex_vertices) is_complex[v.vertex] = 1;
+    std::map<std::int32_t, std::map<std::int32_t, std::vector<std::int32_t>>> by_vertex;
+    for (std::size_t s = 0; s < 3 * mesh.n_faces(); ++s) {
+        const std::int32_t v = mesh.faces[s / 3][s % 3], side = static_cast<std::int32_t>(s);
+        if (is_complex[v]) by_vertex[v][fans.find(side)].push_back(side / 3);
+    }
+    std::vector<std::int32_t> out;
+    for (const auto& [vertex, fans_there] : by_vertex) {
+        auto largest = fans_there.begin();
+        for (auto fan = fans_there.begin(); fan != fans_there.end(); ++fan)
+            if (fan->second.size() > largest->second.size()) largest = fan;
+        for (auto fan = fans_there.begin(); fan != fans_there.end(); ++fan)
+            if (fan != largest) out.insert(out.end(), fan->second.begin(), fan->second.end());
+    }
+    return out;
+}
+
+// Each round takes at least one face away; rounds go on for what they lay open.
+void drop_complex(RepairedMesh& out)
+{
+    const std::size_t before = out.mesh.n_faces();
+    while (true) {
+        current_progress().check();
+        const Topology t = topology(out.mesh);
+        std::vector<std::int32_t> drop = faces_too_many(out.mesh, t);
+        if (drop.empty()) drop = fans_too_many(out.mesh, t);
+        if (drop.empty()) break;
+        std::vector<std::uint8_t> goes(out.mesh.n_faces(), 0);
+        for (const std::int32_t f : drop) goes[f] = 1;
+        std::vector<std::size_t> kept;
+        for (std::size_t f = 0; f < out.mesh.n_faces(); ++f)
+            if (!goes[f]) kept.push_back(f);
+        keep_faces(out, kept);
+    }
+    out.report.dropped_faces = static_cast<std::int64_t>(before - out.mesh.n_faces());
+}
+
+void split_complex(RepairedMesh& out)
+{
+    IndexedMesh& mesh = out.mesh;
+    const TriangleSides sides(mesh);
+    const std::vector<std::int32_t> twin = twins_of(mesh);
+    DisjointSets fans = fans_of(mesh, twin);
     std::vector<std::int32_t> fan_of_vertex(mesh.n_vertices(), -1), vertex_of_fan(twin.size(), -1);
-    std::int64_t added = 0;
     std::vector<Triangle> faces = mesh.faces;
     for (std::int32_t s = 0; s < static_cast<std::int32_t>(twin.size()); ++s) {
         const std::int32_t v = sides.from(s), fan = fans.find(s);
@@ -296,13 +485,13 @@ std::int64_t split_complex(IndexedMesh& mesh)
             } else {
                 vertex_of_fan[fan] = static_cast<std::int32_t>(mesh.n_vertices());
                 mesh.vertices.push_back(Vec3(mesh.vertices[v]));
-                ++added;
+                out.source_vertex.push_back(std::int32_t(out.source_vertex[v]));
+                ++out.report.split_vertices;
             }
         }
         faces[s / 3][s % 3] = vertex_of_fan[fan];
     }
     mesh.faces = std::move(faces);
-    return added;
 }
 
 // ---- holes ------------------------------------------------------------------------------------
@@ -388,15 +577,40 @@ private:
 
 }  // namespace
 
-IndexedMesh weld(const IndexedMesh& mesh, double tolerance)
+std::vector<std::int32_t> weld_targets(const std::vector<Vec3>& points, double tolerance)
 {
     require(tolerance >= 0.0 && std::isfinite(tolerance), "weld: tolerance", tolerance,
             "finite and at least 0");
-    check_indices(TriangleSides(mesh), mesh.n_vertices());
-    for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
-        if (!is_finite(mesh.vertices[v]))
+    Box3 box;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        if (!is_finite(points[v]))
             throw InvalidInput("weld: vertex " + std::to_string(v) + " is not finite");
-    return renamed(mesh, weld_targets(mesh, tolerance));
+        box.add(points[v]);
+    }
+    std::vector<std::int32_t> target(points.size());
+    if (tolerance == 0.0) {
+        PointTable table;
+        std::vector<std::int32_t> first;  // of the points in the table
+        for (std::size_t v = 0; v < target.size(); ++v) {
+            const auto i = static_cast<std::size_t>(table.find_or_add(points[v]));
+            if (i == first.size()) first.push_back(static_cast<std::int32_t>(v));
+            target[v] = first[i];
+        }
+        return target;
+    }
+    if (points.empty()) return target;
+    NearPoints kept(box, tolerance);
+    for (std::size_t v = 0; v < target.size(); ++v) {
+        if (v % 4096 == 4095) current_progress().check();
+        target[v] = kept.find_or_keep(points[v], static_cast<std::int32_t>(v));
+    }
+    return target;
+}
+
+IndexedMesh weld(const IndexedMesh& mesh, double tolerance)
+{
+    std::vector<std::int32_t> sources;
+    return welded(mesh, tolerance, sources);
 }
 
 RepairedMesh repair(const IndexedMesh& mesh, const RepairOptions& options)
@@ -405,18 +619,23 @@ RepairedMesh repair(const IndexedMesh& mesh, const RepairOptions& options)
     require(options.max_hole >= 0 && options.max_hole <= kLongestHole, "repair: max_hole",
             static_cast<double>(options.max_hole), "between 0 and 500");
     RepairedMesh out;
-    out.mesh = weld(mesh, options.weld);
+    out.mesh = welded(mesh, options.weld, out.source_vertex);
     out.report.welded_vertices = static_cast<std::int64_t>(mesh.n_vertices()) -
                                  static_cast<std::int64_t>(out.mesh.n_vertices());
-    drop_faces(out.mesh, out.report);
+    for (std::size_t f = 0; f < mesh.n_faces(); ++f)
+        out.source_face.push_back(static_cast<std::int32_t>(f));
+    drop_faces(out);
+    if (options.t_junctions) cut_at_junctions(out, options.weld);
+    if (options.non_manifold == NonManifold::Drop) drop_complex(out);
     const std::size_t n_faces = out.mesh.n_faces();
     std::vector<std::uint8_t> turned(n_faces, 0);
     if (options.orient) turned = Orienter(out.mesh).run();
-    if (options.split_complex) out.report.split_vertices = split_complex(out.mesh);
+    if (options.non_manifold == NonManifold::Split) split_complex(out);
     for (const std::vector<std::int32_t>& hole : holes_of(out.mesh, options.max_hole)) {
         HoleFiller(out.mesh, hole).add_faces(out.mesh.faces);
         ++out.report.closed_holes;
     }
+    out.source_face.resize(out.mesh.n_faces(), -1);
     out.report.added_faces = static_cast<std::int64_t>(out.mesh.n_faces() - n_faces);
     if (options.orient) {
         // Once more: parts that were open until now turn outward as well.

@@ -160,7 +160,7 @@ TEST(Repair, LeavesOneSidedSurfacesAlone)
     const IndexedMesh strip = cases::moebius(11);
     RepairOptions options;
     options.max_hole = 0;
-    options.split_complex = false;
+    options.non_manifold = NonManifold::Keep;
     const RepairedMesh repaired = repair(strip, options);
     EXPECT_EQ(repaired.mesh, strip);
     EXPECT_FALSE(topology(repaired.mesh).orientable);
@@ -194,4 +194,72 @@ TEST(Repair, FillsAHoleWithTheLeastArea)
     EXPECT_EQ(repaired.report.added_faces, 2);
     EXPECT_TRUE(validate(repaired.mesh).topology.closed);
     EXPECT_NEAR(area(repaired.mesh) - area(cup), 1.5, 1e-12);
+}
+
+TEST(Repair, CutsFacesAtTJunctions)
+{
+    // A box whose top is cut finer than its walls: the points on the rim lie within wall edges.
+    IndexedMesh box = cases::box();
+    IndexedMesh top = cases::moved(cases::sheet(3, 4), scaling({{1.0 / 4, 1.0 / 4, 1}}));
+    for (Vec3& p : top.vertices) p[0] *= 4.0 / 3;
+    for (Vec3& p : top.vertices)
+        if (p[0] > 0.9) p[0] = 1;
+    std::erase_if(box.faces, [&](const Triangle& t) {
+        return box.vertices[t[0]][2] == 1 && box.vertices[t[1]][2] == 1 &&
+               box.vertices[t[2]][2] == 1;
+    });
+    const IndexedMesh mesh = cases::together(box, cases::moved(top, translation({{0, 0, 1}})));
+    EXPECT_FALSE(is_closed(weld(mesh)));
+    const RepairedMesh repaired = repair(mesh);
+    EXPECT_EQ(repaired.report.t_junctions, 2 * 2 + 2 * 3);
+    EXPECT_EQ(repaired.report.closed_holes, 0);
+    const Validation v = validate(repaired.mesh);
+    EXPECT_TRUE(v.ok()) << v.findings.front().text;
+    EXPECT_NEAR(volume(repaired.mesh), 1, 1e-15);
+
+    // Turned, the points are beside the edges by roundings: exact tests say no, a tolerance yes.
+    std::mt19937 random(8);
+    const IndexedMesh turned = cases::moved(mesh, cases::random_rotation(random));
+    RepairOptions options;
+    options.max_hole = 0;
+    options.weld = 1e-10;
+    const RepairedMesh near = repair(turned, options);
+    EXPECT_EQ(near.report.t_junctions, 10);
+    EXPECT_EQ(near.report.open_edges, 0);
+    EXPECT_NEAR(volume(near.mesh), 1, 1e-12);
+    options.t_junctions = false;
+    EXPECT_GT(repair(turned, options).report.open_edges, 0);
+}
+
+TEST(Repair, DropsNonManifoldElements)
+{
+    RepairOptions options;
+    options.non_manifold = NonManifold::Drop;
+    // A fin on an edge of a sphere goes, the sphere stays.
+    IndexedMesh fin = cases::octasphere(3);
+    const IndexedMesh good = fin;
+    const Triangle t = fin.faces[17];
+    fin.vertices.push_back(1.01 * fin.vertices[t[0]]);
+    fin.faces.push_back({t[0], t[1], static_cast<std::int32_t>(fin.n_vertices() - 1)});
+    const RepairedMesh without = repair(fin, options);
+    EXPECT_EQ(without.report.dropped_faces, 1);
+    EXPECT_EQ(without.mesh.faces, good.faces);
+    EXPECT_TRUE(topology(without.mesh).manifold);
+    // Of two boxes joined at a corner one loses its faces there, and its hole is closed again.
+    const IndexedMesh corner =
+        weld(cases::together(cases::box(), cases::moved(cases::box(), translation({{1, 1, 1}}))));
+    ASSERT_EQ(topology(corner).complex_vertices.size(), 1u);
+    const RepairedMesh one = repair(corner, options);
+    EXPECT_GT(one.report.dropped_faces, 0);
+    EXPECT_EQ(one.report.split_vertices, 0);
+    const Topology after = topology(one.mesh);
+    EXPECT_TRUE(after.manifold && after.closed && after.oriented);
+    // Four faces at an edge: two stay.
+    const IndexedMesh edge =
+        weld(cases::together(cases::box(), cases::moved(cases::box(), translation({{1, 1, 0}}))));
+    options.max_hole = 0;
+    const RepairedMesh thinned = repair(edge, options);
+    EXPECT_EQ(topology(edge).complex_edges.size(), 1u);
+    EXPECT_TRUE(topology(thinned.mesh).manifold);
+    EXPECT_LT(thinned.mesh.n_faces(), edge.n_faces());
 }
