@@ -1,6 +1,7 @@
 #include <pybind11/pybind11.h>
 
 #include "bind.h"
+#include "forms.h"
 #include "region.h"
 
 PYBIND11_MODULE(_core, m)
@@ -12,6 +13,9 @@ PYBIND11_MODULE(_core, m)
     python::bind_base(m);
     python::bind_reports(m);
     auto mesh = python::bind_mesh(m);
+    python::bind_polygons(m, mesh);
+    python::bind_forms(m, mesh);
+    python::bind_mesh_tools(mesh);
     python::bind_model(m);
     python::bind_region(m);
     python::bind_plane_construction(m, mesh);
