@@ -54,7 +54,9 @@ void bind_errors(py::module_& m);
 void bind_base(py::module_& m);
 py::class_<Mesh> bind_mesh(py::module_& m);
 void bind_reports(py::module_& m);
-void bind_model(py::module_& m);
+py::class_<Solid> bind_model(py::module_& m);
+/// Curves, patches, lattices; see freeform.h.
+void bind_freeform(py::module_& m, py::class_<Solid>& solid);
 void bind_boolean(py::module_& m, py::class_<Mesh>& mesh);
 void bind_io(py::module_& m, py::class_<Mesh>& mesh);
 void bind_language(py::module_& m);

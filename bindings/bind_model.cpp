@@ -6,6 +6,7 @@
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
 #include "genus/model/csg_field.h"
+#include "genus/model/patch_solid.h"
 #include "genus/model/plan.h"
 #include "genus/model/queries.h"
 #include "genus/model/solid.h"
@@ -194,12 +195,27 @@ void bind_ray_hits(py::module_& m)
 
 std::string kind(const Solid& solid)
 {
-    static constexpr const char* names[] = {"empty",       "cube",   "sphere",       "ellipsoid",
-                                            "cylinder",    "torus",  "half space",   "quadric",
-                                            "polyhedron",  "union",  "intersection", "difference",
-                                            "transformed", "colored"};
+    static constexpr const char* names[] = {
+        "empty", "cube",         "sphere",     "ellipsoid",   "cylinder",
+        "torus", "half space",   "quadric",    "polyhedron",  "freeform",
+        "union", "intersection", "difference", "transformed", "colored"};
     static_assert(std::size(names) == std::variant_size_v<Shape>);
     return names[solid.node().shape.index()];
+}
+
+Solid solid_of(const py::object& given)
+{
+    if (py::isinstance<PatchModel>(given)) {
+        const auto& model = given.cast<const PatchModel&>();
+        return long_call([&] { return patch_solid(model); });
+    }
+    if (!py::isinstance<Mesh>(given))
+        throw py::type_error("solid: expected a Mesh or a PatchModel");
+    const auto& mesh = given.cast<const Mesh&>();
+    const bool stands_for_curves =
+        mesh.made && (mesh.made->method == "patches" || mesh.made->method == "freeform");
+    return polyhedron(to_polygons(*mesh.triangles),
+                      stands_for_curves ? mesh.made->error.bound : 0.0);
 }
 
 void bind_shapes(py::module_& m)
@@ -287,8 +303,10 @@ seen from outside, of any length.
 >>> genus.polyhedron(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).bounds().tolist()
 [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])");
     m.def(
-        "solid", [](const Mesh& mesh) { return polyhedron(to_polygons(*mesh.triangles)); },
-        py::arg("mesh"), "The solid that a closed mesh bounds.");
+        "solid", &solid_of, py::arg("mesh"),
+        R"(The solid that a closed Mesh, or a closed PatchModel, bounds. A PatchModel is meshed when the
+solid is, to its tolerance. A Mesh stays as it is; one made from patches, or of a deformed solid,
+brings its error bound along.)");
 }
 
 void bind_solid(py::class_<Solid>& solid)
@@ -405,7 +423,7 @@ UnboundedSolid, ToleranceNotMet, InvalidInput
 
 }  // namespace
 
-void bind_model(py::module_& m)
+py::class_<Solid> bind_model(py::module_& m)
 {
     py::class_<Solid> solid(
         m, "Solid",
@@ -415,6 +433,7 @@ void bind_model(py::module_& m)
     bind_ray_hits(m);
     bind_shapes(m);
     bind_solid(solid);
+    return solid;
 }
 
 }  // namespace genus::python

@@ -16,7 +16,8 @@ PYBIND11_MODULE(_core, m)
     python::bind_polygons(m, mesh);
     python::bind_forms(m, mesh);
     python::bind_mesh_tools(mesh);
-    python::bind_model(m);
+    auto solid = python::bind_model(m);
+    python::bind_freeform(m, solid);
     python::bind_region(m);
     python::bind_plane_construction(m, mesh);
     python::bind_boolean(m, mesh);

@@ -146,6 +146,11 @@ Lattice::Lattice(const Vec3& origin, const Columns3& axes, const std::array<int,
         require(count <= (std::size_t{1} << 22), "Lattice: more than 2^22 control points");
     }
     inverse_axes_ = inverted(axes_);
+    double reach = norm(origin_);
+    for (const Vec3& a : axes_) reach += norm(a);
+    for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t c = 0; c < 3; ++c)
+            slack_[r] += 4.0 * kEpsilon * reach * std::fabs(inverse_axes_[c][r]);
     moves_.resize(count);
 }
 
@@ -268,8 +273,11 @@ Vec3 Lattice::local(const Vec3& x) const
     // Rows of the inverse against x - origin, in the order of the bulk loop.
     const Vec3 e = x - origin_;
     Vec3 s;
-    for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t r = 0; r < 3; ++r) {
         s[r] = e[0] * inverse_axes_[0][r] + e[1] * inverse_axes_[1][r] + e[2] * inverse_axes_[2][r];
+        if (s[r] < 0.0 && s[r] >= -slack_[r]) s[r] = 0.0;
+        if (s[r] > 1.0 && s[r] <= 1.0 + slack_[r]) s[r] = 1.0;
+    }
     return s;
 }
 
@@ -360,6 +368,7 @@ void Lattice::apply(std::span<const Vec3> x, std::span<Vec3> out) const
             choose[a].push_back(bernstein::binomial(counts_[a] - 1, k));
         f.choose[a] = choose[a].data();
         f.origin[a] = origin_[a];
+        f.slack[a] = slack_[a];
         for (std::size_t r = 0; r < 3; ++r) f.inverse[r][a] = inverse_axes_[a][r];
     }
     f.moves = moves_[0].c.data();
@@ -692,11 +701,12 @@ std::optional<Vec3> Lattice::newton(const Vec3& y, Vec3 s, int& steps) const
     return std::nullopt;
 }
 
-std::array<IntervalVec3, 3> Lattice::derivative_bounds(const Box3& box) const
+std::array<IntervalVec3, 3> Lattice::derivative_bounds(const std::vector<Piece>& all,
+                                                       const Box3& box) const
 {
     std::array<IntervalVec3, 3> result;
     bool any = false;
-    for (const Piece& piece : pieces()) {
+    for (const Piece& piece : all) {
         if (is_bspline() && !overlap(piece.box, box)) continue;
         const Net3<Vec3> net = part_of(piece.net, piece.relative(box));
         for (int a = 0; a < 3; ++a) {
@@ -733,9 +743,10 @@ double Lattice::certify(const Vec3& y, const Vec3& s) const
         for (std::size_t c = 0; c < 3; ++c)
             step[r] += std::fabs(inverse_slope[c][r]) * (std::fabs(e[c]) + slack);
     const double least = std::max({step[0], step[1], step[2]}) * 2.0 + 1e-12;
+    const std::vector<Piece> all = pieces();
     for (double radius = least; radius <= 1e3 * least && radius < 0.25; radius *= 10.0) {
         const Box3 box = Box3{s, s}.inflated(radius);
-        const auto d = derivative_bounds(box);
+        const auto d = derivative_bounds(all, box);
         bool inside = true;
         for (std::size_t r = 0; r < 3 && inside; ++r) {
             Interval reach;
@@ -750,6 +761,161 @@ double Lattice::certify(const Vec3& y, const Vec3& s) const
         if (inside) return radius;
     }
     return std::numeric_limits<double>::infinity();
+}
+
+std::optional<Vec3> Lattice::solve(const Vec3& y, const Vec3& x) const
+{
+    int steps = 0;
+    const auto s = newton(y, local(x), steps);
+    return s ? std::optional(global(*s)) : std::nullopt;
+}
+
+// The part of the lattice that a box of space may meet.
+Box3 Lattice::local_box(const Box3& x) const
+{
+    Box3 box;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1) != 0 ? x.max[k] : x.min[k];
+        box.add(local(p));
+    }
+    return intersection(box.inflated(16.0 * kEpsilon), Box3{{}, {{1, 1, 1}}});
+}
+
+Box3 Lattice::image_bounds(const Box3& x) const
+{
+    Box3 image;
+    bool whole = true;  // the box lies in the lattice
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1) != 0 ? x.max[k] : x.min[k];
+        whole = whole && in_unit_cube(local(p));
+    }
+    if (!whole) image.add(x);
+    const Box3 inside = local_box(x);
+    if (!inside.empty()) image.add(image_of_local(inside));
+    return image;
+}
+
+Box3 Lattice::image_of_local(const Box3& stu) const
+{
+    Box3 image;
+    for (const Piece& piece : pieces()) {
+        const Box3 common = intersection(piece.box, stu);
+        if (common.empty()) continue;
+        // A box that only touches a piece is widened a little into it.
+        const Box3 wide = intersection(common.inflated(1e-6), piece.box);
+        for (const Vec3& p : part_of(piece.net, piece.relative(wide)).c) image.add(p);
+    }
+    return image.empty() ? image : image.inflated(rounding());
+}
+
+namespace {
+
+// At least the largest singular value.
+double largest_stretch(const Columns3& m)
+{
+    double rows = 0.0, columns = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        double row = 0.0, column = 0.0;
+        for (std::size_t j = 0; j < 3; ++j) {
+            row += std::fabs(m[j][i]);
+            column += std::fabs(m[i][j]);
+            squares += m[i][j] * m[i][j];
+        }
+        rows = std::max(rows, row);
+        columns = std::max(columns, column);
+    }
+    return std::min(std::sqrt(rows * columns), std::sqrt(squares)) * (1.0 + 8.0 * kEpsilon);
+}
+
+// Of a matrix somewhere between those with entries `d` times `inverse`.
+double largest_stretch(const std::array<IntervalVec3, 3>& d, const Columns3& inverse)
+{
+    Columns3 middle, radius;
+    for (std::size_t column = 0; column < 3; ++column)
+        for (std::size_t c = 0; c < 3; ++c) {
+            Interval sum(0.0);
+            for (std::size_t a = 0; a < 3; ++a) sum = sum + d[a][c] * Interval(inverse[column][a]);
+            middle[column][c] = sum.mid();
+            radius[column][c] = 0.5 * (sum.hi - sum.lo);
+        }
+    return largest_stretch(middle) + largest_stretch(radius);
+}
+
+}  // namespace
+
+double Lattice::stretch(const Box3& x) const
+{
+    constexpr int kParts = 4;  // along each axis: bounds over small boxes are tight
+    const Box3 inside = local_box(x);
+    if (inside.empty()) return 1.0;
+    const Vec3 size = inside.size() / kParts;
+    const std::vector<Piece> all = pieces();
+    double largest = in_unit_cube(local(x.min)) && in_unit_cube(local(x.max)) ? 0.0 : 1.0;
+    for (int part = 0; part < kParts * kParts * kParts; ++part) {
+        const std::array<int, 3> at = {part / (kParts * kParts), part / kParts % kParts,
+                                       part % kParts};
+        Box3 box;
+        for (std::size_t k = 0; k < 3; ++k) {
+            box.min[k] = std::clamp(inside.min[k] + at[k] * size[k] - 1e-9, 0.0, 1.0 - 1e-6);
+            box.max[k] = std::clamp(inside.min[k] + (at[k] + 1) * size[k] + 1e-9, 1e-6, 1.0);
+        }
+        largest = std::max(largest, largest_stretch(derivative_bounds(all, box), inverse_axes_));
+    }
+    return largest;
+}
+
+std::vector<std::array<double, 6>> Lattice::second_bounds(int n) const
+{
+    require(n >= 1 && n <= 256, "Lattice::second_bounds: boxes an axis", n, "in [1, 256]");
+    constexpr std::array<std::array<int, 2>, 6> kPairs = {
+        {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {2, 0}}};
+    const std::vector<Piece> all = pieces();
+    std::vector<std::array<double, 6>> result(at(n) * at(n) * at(n));
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        current_progress().check();
+        const std::array<std::size_t, 3> place = {i / (at(n) * at(n)), i / at(n) % at(n),
+                                                  i % at(n)};
+        Box3 box;
+        for (std::size_t k = 0; k < 3; ++k) {
+            box.min[k] = static_cast<double>(place[k]) / n;
+            box.max[k] = static_cast<double>(place[k] + 1) / n;
+        }
+        for (const Piece& piece : all) {
+            const Box3 common = intersection(piece.box, box);
+            if (common.empty()) continue;
+            // A box that only touches a piece is widened a little into it.
+            Box3 wide = intersection(common.inflated(0.5e-3 / n), piece.box);
+            const Net3<Vec3> net = part_of(piece.net, piece.relative(wide));
+            double coordinates = 0.0;
+            for (const Vec3& p : net.c) coordinates = std::max(coordinates, norm(p));
+            for (std::size_t pair = 0; pair < 6; ++pair) {
+                const auto [a, b] = kPairs[pair];
+                const double width = wide.size()[at(a)] * wide.size()[at(b)];
+                double largest = 0.0;
+                for (const Vec3& d : derivative_of(derivative_of(net, a), b).c)
+                    largest = std::max(largest, norm(d));
+                // Second differences of rounded coefficients.
+                const double noise = 64.0 * kEpsilon * (net.n[0] + net.n[1] + net.n[2]) *
+                                     coordinates * net.n[at(a)] * net.n[at(b)];
+                result[i][pair] = std::max(result[i][pair], (largest + noise) / width);
+            }
+        }
+    }
+    return result;
+}
+
+std::vector<double> Lattice::kinks(int axis) const
+{
+    std::vector<double> places;
+    if (!is_bspline()) return places;
+    const KnotVector& knots = knots_[at(axis)];
+    for (const int k : knots.spans()) {
+        const double t = knots[at(k)];
+        if (t > 0.0 && knots.multiplicity(t) >= knots.degree()) places.push_back(t);
+    }
+    return places;
 }
 
 InversePoint Lattice::inverse(const Vec3& y) const

@@ -85,6 +85,12 @@ public:
     std::vector<Vec3> points() const;
     void set_points(std::span<const Vec3> points);
     const std::vector<Vec3>& moves() const { return moves_; }
+    /// The same map, number by number.
+    bool same(const Lattice& other) const
+    {
+        return origin_ == other.origin_ && axes_ == other.axes_ && counts_ == other.counts_ &&
+               knots_ == other.knots_ && moves_ == other.moves_;
+    }
     /// Throws InvalidInput for another number or a move that is not finite.
     void set_moves(std::vector<Vec3> moves);
     /// Puts the outer k + 1 layers back, which makes the deformation C^k across the border.
@@ -92,7 +98,7 @@ public:
     /// The largest k for which `keep_border(k)` would change nothing; -1 if the outer layer moved.
     int border_continuity() const;
 
-    /// (s, t, u) of a point.
+    /// (s, t, u) of a point. A point that is outside by no more than rounding is on the border.
     Vec3 local(const Vec3& x) const;
     Vec3 global(const Vec3& stu) const;
 
@@ -104,6 +110,19 @@ public:
     /// Derivative of the map at x: column a is that along coordinate axis a. Identity outside.
     Columns3 jacobian(const Vec3& x) const;
 
+    /// A box that holds the image of a box, from control points of the parts of the lattice in it.
+    Box3 image_bounds(const Box3& x) const;
+    /// The same for a box of (s, t, u) in [0, 1].
+    Box3 image_of_local(const Box3& stu) const;
+    /// The map stretches no distance inside a convex set within `x` by more than this.
+    double stretch(const Box3& x) const;
+    /// Bounds of the second derivatives by (s, t, u) on n^3 boxes that halve, third, .. the
+    /// lattice: entry (i n + j) n + k has those by ss, tt, uu, st, tu, us on box (i, j, k). A
+    /// triangle that spans S, T, U there is within (ss S^2 + .. + 2 st S T + ..) / 8 of its image.
+    std::vector<std::array<double, 6>> second_bounds(int n) const;
+    /// Parameters, each in (0, 1) along `axis`, where the map may be less than C^1.
+    std::vector<double> kinks(int axis) const;
+
     /// Sign of the Jacobian determinant over the whole lattice, from its Bernstein coefficients on
     /// boxes that are halved until they agree in sign. `max_boxes` bounds the work.
     FoldReport folds(int max_boxes = 20000) const;
@@ -114,6 +133,9 @@ public:
     /// lattice reaches come back as themselves if they are outside, else not found.
     /// Implements [krawczyk1969].
     InversePoint inverse(const Vec3& y) const;
+
+    /// The same without a proof and without a search: Newton's method from x.
+    std::optional<Vec3> solve(const Vec3& y, const Vec3& x) const;
 
     /// The weights B_i B_j B_k of all control points at x, or of their directional derivative
     /// along `direction` (model units); all zero outside.
@@ -132,12 +154,15 @@ private:
     AxisBasis axis_basis(int axis, double t, bool with_slope) const;
     std::vector<Piece> pieces() const;
     Columns3 local_derivative(const Vec3& stu) const;
-    std::array<IntervalVec3, 3> derivative_bounds(const Box3& stu) const;
+    Box3 local_box(const Box3& x) const;
+    std::array<IntervalVec3, 3> derivative_bounds(const std::vector<Piece>& pieces,
+                                                  const Box3& stu) const;
     std::optional<Vec3> newton(const Vec3& y, Vec3 stu, int& steps) const;
     double certify(const Vec3& y, const Vec3& stu) const;
 
     Vec3 origin_;
     Columns3 axes_, inverse_axes_;
+    Vec3 slack_;  // rounding of `local`
     std::array<int, 3> counts_;
     std::vector<KnotVector> knots_;  // three, or none for Bernstein
     std::vector<Vec3> moves_;

@@ -14,6 +14,7 @@ struct FfdData {
     const double* moves;      // three a control point, the last index running fastest
     double origin[3];
     double inverse[3][3];  // rows take x - origin to (s, t, u)
+    double slack[3];       // what is outside by no more is on the border
 };
 
 /// Deforms `count` points, three doubles each; `out` may be `in`.

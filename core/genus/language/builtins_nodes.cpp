@@ -207,6 +207,18 @@ ModelNode own_solid(Evaluator& e, const Statement& s, const Arguments& a)
 }
 constexpr char kTorus[] = "torus", kEllipsoid[] = "ellipsoid", kCone[] = "cone",
                kQuadric[] = "quadric", kHalfSpace[] = "half_space";
+constexpr char kBezierCurve[] = "bezier_curve", kBspline[] = "bspline",
+               kBezierPatch[] = "bezier_patch", kTrianglePatch[] = "triangle_patch", kFfd[] = "ffd",
+               kMovePoints[] = "move_points", kSubdivide[] = "subdivide";
+
+// Curves are cut into pieces by the special variables.
+template <const char* name>
+ModelNode own_curve(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = own_solid<name>(e, s, a);
+    add_facets(node, facets(e));
+    return node;
+}
 
 // Transforms.
 
@@ -630,6 +642,15 @@ ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)
     return node;
 }
 
+// Of a file, or of the patches below the node.
+ModelNode patches(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("patches", s);
+    if (!a["file"].is_undef())
+        node.parameters.emplace_back("file", existing_file(e, s, a["file"], node));
+    return node;
+}
+
 ModelNode surface(Evaluator& e, const Statement& s, const Arguments& a)
 {
     ModelNode node = e.make_node("surface", s);
@@ -651,6 +672,21 @@ const std::vector<NodeMaker>& makers()
         {"cone", {"h", "r", "center"}, 3, own_solid<kCone>, true},
         {"quadric", {"coefficients", "bounds"}, 2, own_solid<kQuadric>, true},
         {"half_space", {"normal", "offset"}, 2, own_solid<kHalfSpace>, true},
+        {"bezier_curve", {"points", "weights"}, 2, own_curve<kBezierCurve>, true},
+        {"bspline",
+         {"points", "degree", "closed", "knots", "weights"},
+         3,
+         own_curve<kBspline>,
+         true},
+        {"bezier_patch", {"points", "weights"}, 2, own_solid<kBezierPatch>, true},
+        {"triangle_patch", {"points", "weights"}, 2, own_solid<kTrianglePatch>, true},
+        {"patches", {"file"}, 1, patches},
+        {"ffd", {"degree", "moves", "points", "origin", "axes"}, 2, own_solid<kFfd>},
+        {"move_points",
+         {"from", "to", "degree", "keep_border", "regularisation", "origin", "axes"},
+         3,
+         own_solid<kMovePoints>},
+        {"subdivide", {"levels", "scheme", "limit"}, 2, own_solid<kSubdivide>},
         {"translate", {"v"}, 1, translate},
         {"rotate", {"a", "v"}, 2, rotate},
         {"scale", {"v"}, 1, scale},

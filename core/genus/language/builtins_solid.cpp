@@ -8,6 +8,7 @@
 
 #include "genus/base/progress.h"
 #include "genus/io/read_mesh.h"
+#include "genus/language/builtins_freeform.h"
 #include "genus/language/builtins_plane.h"
 #include "genus/language/node_reader.h"
 #include "genus/language/stack.h"
@@ -321,6 +322,7 @@ Geometry geometry_of(const ModelNode& node, std::vector<Message>& messages)
 {
     language::check_stack();
     current_progress().check();
+    if (language::is_freeform_shape(node.name)) return language::freeform_shape(node);
     std::vector<Geometry> parts;
     for (const ModelNode& child : node.children)
         if (!child.background) parts.push_back(geometry_of(child, messages));
@@ -328,6 +330,8 @@ Geometry geometry_of(const ModelNode& node, std::vector<Message>& messages)
         return projected(node, taken<Solid>(node, parts, messages), messages);
     if (language::is_extrusion(node.name))
         return extruded_solid(node, taken<PlaneShape>(node, parts, messages));
+    if (language::is_deformation(node.name))
+        return language::deformed_solid(node, unite(taken<Solid>(node, parts, messages)), messages);
     // What has extent first decides whether the node is plane.
     const auto first = std::find_if(parts.begin(), parts.end(),
                                     [](const Geometry& part) { return !is_nothing(part); });

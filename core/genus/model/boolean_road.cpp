@@ -60,6 +60,10 @@ private:
             return add(moved->part, map * moved->map, depth + 1);
         if (const auto* painted = std::get_if<Colored>(&shape))
             return add(painted->part, map, depth + 1);
+        if (std::holds_alternative<Freeform>(shape)) {
+            scene_.clean_operands = false;
+            return add_smooth(solid, map);
+        }
         if (!is_polyhedral(solid) && is_smooth(solid)) return add_smooth(solid, map);
         if (const auto* parts = parts_of(shape)) return add_operator(shape, *parts, map, depth);
         return add_leaf(solid, map);
@@ -190,7 +194,8 @@ bool is_smooth(const Solid& solid)
     return every_shape(solid, [](const Shape& shape) {
         if (const auto* s = std::get_if<Cylinder>(&shape)) return s->fragments <= kFewFaces;
         if (const auto* s = std::get_if<Sphere>(&shape)) return s->fragments == 0;
-        return !std::holds_alternative<Polyhedron>(shape);
+        return !std::holds_alternative<Polyhedron>(shape) &&
+               !std::holds_alternative<Freeform>(shape);
     });
 }
 

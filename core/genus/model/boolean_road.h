@@ -15,7 +15,7 @@ bool is_polyhedral(const Solid& solid);
 /// a few faces.
 bool is_smooth(const Solid& solid);
 
-/// Makes a closed mesh of a smooth solid, within the distance it returns of the exact one.
+/// Makes a closed mesh of a smooth solid, or of a lone freeform one, within the distance it returns of the exact one.
 using SmoothMesher = std::function<double(const Solid& smooth, IndexedMesh& mesh)>;
 
 /// A tree as operands and a formula for mesh_boolean. A polyhedral leaf is one operand, with its

@@ -148,6 +148,8 @@ void write_leaf(LeafWriter& out, const Shape& shape)
     } else if (const auto* any = std::get_if<QuadricShape>(&shape)) {
         out.quadric(any->surface, any->bounds);
         if (any->bounds) out.box_sides(*any->bounds);
+    } else if (std::holds_alternative<Freeform>(shape)) {
+        throw InvalidInput("there is no formula for it, only a mesh");
     }
 }
 

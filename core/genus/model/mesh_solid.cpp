@@ -12,6 +12,7 @@
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
 #include "genus/model/deviation.h"
+#include "genus/model/freeform_mesh.h"
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
@@ -356,6 +357,12 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     if (!is_polyhedral(planned)) require_above_rounding(result.tolerance, box);
     // Half of the tolerance for curved operands of a boolean: the rest is for where they cross.
     const SmoothMesher mesh_smooth_part = [&](const Solid& part, IndexedMesh& mesh) {
+        if (is_lone_freeform(part)) {
+            FreeformSource::Meshed made =
+                mesh_freeform(part, 0.5 * result.tolerance, {options.max_triangles, false});
+            mesh = std::move(made.mesh);
+            return made.bound;
+        }
         MeshedSolid made;
         made.tolerance = 0.5 * result.tolerance;
         MeshOptions part_options = options;
@@ -368,9 +375,12 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     const double asked = result.tolerance;
     result.tolerance = std::min(asked, kCoarsest * box.diagonal());
     try {
-        if (options.method == MeshMethod::Boolean ||
-            (options.method == MeshMethod::Auto &&
-             (is_polyhedral(planned) || !is_smooth(planned)))) {
+        const bool lone = is_lone_freeform(planned) && options.method != MeshMethod::Boolean;
+        if (lone && mesh_freeform_alone(planned, options, result)) {
+            clock.end("mesh");
+        } else if (options.method == MeshMethod::Boolean ||
+                   (options.method == MeshMethod::Auto &&
+                    (is_polyhedral(planned) || !is_smooth(planned)))) {
             mesh_by_boolean(planned, box, mesh_smooth_part, result);
         } else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
             result.method = options.method == MeshMethod::Mc ? "mc" : "emc";

@@ -38,12 +38,13 @@ bool holds_everywhere(const Box3& box, Holds holds, Fails fails_at)
     return true;
 }
 
-bool has_large_polyhedron(const Solid& solid)
+bool has_no_small_formula(const Solid& solid)
 {
     std::vector<const Node*> open{&solid.node()};
     while (!open.empty()) {
         const Node* node = open.back();
         open.pop_back();
+        if (std::holds_alternative<Freeform>(node->shape)) return true;
         if (const auto* s = std::get_if<Polyhedron>(&node->shape))
             if (s->mesh->n_faces() > kMostFaces) return true;
         if (const auto* s = std::get_if<Sphere>(&node->shape))
@@ -59,7 +60,7 @@ bool has_large_polyhedron(const Solid& solid)
 
 FieldProof::FieldProof(const Solid& solid, std::int64_t leaves)
 {
-    if (leaves > kMostLeaves || has_large_polyhedron(solid)) return;
+    if (leaves > kMostLeaves || has_no_small_formula(solid)) return;
     try {
         field_.emplace(solid);
     } catch (const InvalidInput&) {

@@ -7,6 +7,7 @@
 
 #include "genus/base/error.h"
 #include "genus/model/directed.h"
+#include "genus/model/freeform.h"
 
 namespace genus {
 namespace {
@@ -71,6 +72,7 @@ struct HashShape {
         for (std::int64_t start : s.mesh->starts) h.add(static_cast<std::uint64_t>(start));
         for (std::int32_t corner : s.mesh->corners) h.add(corner);
     }
+    void operator()(const Freeform& s) const { h.add(s.source->hash()); }
     void operator()(const Union& s) const { h.add(s.parts); }
     void operator()(const Intersection& s) const { h.add(s.parts); }
     void operator()(const Difference& s) const { h.add(s.parts); }
@@ -411,6 +413,7 @@ struct Describe {
     {
         return "polyhedron with " + std::to_string(s.mesh->n_faces()) + " faces";
     }
+    std::string operator()(const Freeform& s) const { return s.source->describe(); }
     std::string operator()(const Union&) const { return "union"; }
     std::string operator()(const Intersection&) const { return "intersection"; }
     std::string operator()(const Difference&) const { return "difference"; }
@@ -436,6 +439,11 @@ Node::~Node()
         parts.pop_back();
     }
     queue = nullptr;
+}
+
+bool Freeform::operator==(const Freeform& o) const
+{
+    return source == o.source || source->equals(*o.source);
 }
 
 std::span<const Solid> parts_of(const Node& node)
@@ -564,6 +572,13 @@ Solid polyhedron(PolygonMesh mesh, double deviation)
     require(deviation >= 0.0 && std::isfinite(deviation), "polyhedron: deviation", deviation,
             "zero or positive");
     return primitive(Polyhedron{std::make_shared<const PolygonMesh>(std::move(mesh)), deviation});
+}
+
+Solid freeform(std::shared_ptr<const FreeformSource> source)
+{
+    const Box3 bounds = source->bounds();
+    if (bounds.empty()) return Solid();
+    return make(Freeform{std::move(source)}, bounds);
 }
 
 Solid unite(std::vector<Solid> parts)

@@ -18,6 +18,7 @@
 namespace genus {
 
 struct Node;
+class FreeformSource;
 
 /// A solid: a shared, immutable tree of primitives, transforms and operators. Copies share; a
 /// constructor only checks its arguments and notes bounds and hash, no geometry is made. The
@@ -96,6 +97,12 @@ struct Polyhedron {
     }
 };
 
+/// Patches, a deformed solid: see freeform.h.
+struct Freeform {
+    std::shared_ptr<const FreeformSource> source;
+    bool operator==(const Freeform& o) const;
+};
+
 struct Union {
     std::vector<Solid> parts;
     bool operator==(const Union&) const = default;
@@ -122,7 +129,7 @@ struct Colored {
 
 using Shape =
     std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace, QuadricShape,
-                 Polyhedron, Union, Intersection, Difference, Transformed, Colored>;
+                 Polyhedron, Freeform, Union, Intersection, Difference, Transformed, Colored>;
 
 struct Node {
     Shape shape;
@@ -166,6 +173,9 @@ Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds = std::n
 /// `deviation`, if not zero, is the distance to the curved shape that the mesh stands for; it goes
 /// into the error of what is made of it.
 Solid polyhedron(PolygonMesh mesh, double deviation = 0.0);
+
+/// The leaf of a source; patch_solid.h and deformed.h make such.
+Solid freeform(std::shared_ptr<const FreeformSource> source);
 
 /// Empty parts are dropped; the union of none is empty.
 Solid unite(std::vector<Solid> parts);

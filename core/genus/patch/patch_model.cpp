@@ -88,6 +88,96 @@ PatchModel transformed(const PatchModel& model, const Transform& map)
 
 namespace {
 
+// For each patch the number of its surface, and whether it shows its back where the first patch
+// of the surface shows its front.
+struct Surfaces {
+    std::vector<int> number;
+    std::vector<bool> turned;
+    int count = 0;
+};
+
+Surfaces surfaces_of(const PatchModel& model)
+{
+    std::vector<std::vector<std::pair<std::size_t, bool>>> neighbours(model.patches().size());
+    for (const auto& users : model.edges()) {
+        if (users.size() != 2) continue;
+        const auto a = static_cast<std::size_t>(users[0].patch);
+        const auto b = static_cast<std::size_t>(users[1].patch);
+        const bool against = users[0].forward == users[1].forward;
+        neighbours[a].emplace_back(b, against);
+        neighbours[b].emplace_back(a, against);
+    }
+    Surfaces s{std::vector<int>(neighbours.size(), -1), std::vector<bool>(neighbours.size()), 0};
+    for (std::size_t seed = 0; seed < neighbours.size(); ++seed) {
+        if (s.number[seed] >= 0) continue;
+        std::vector<std::size_t> open{seed};
+        s.number[seed] = s.count;
+        while (!open.empty()) {
+            const std::size_t at = open.back();
+            open.pop_back();
+            for (const auto& [next, against] : neighbours[at]) {
+                if (s.number[next] >= 0) continue;
+                s.number[next] = s.count;
+                s.turned[next] = s.turned[at] != against;
+                open.push_back(next);
+            }
+        }
+        ++s.count;
+    }
+    return s;
+}
+
+Patch from_behind(const Patch& patch)
+{
+    if (const auto* tensor = std::get_if<TensorPatch>(&patch)) return tensor->transposed();
+    // u and v exchanged: the rows become columns.
+    const auto& t = std::get<BezierTriangle>(patch);
+    const int n = t.degree();
+    std::vector<Vec3> points;
+    std::vector<double> weights;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; j <= n - i; ++j) {
+            points.push_back(t.point(j, i));
+            if (t.rational()) weights.push_back(t.weights()[BezierTriangle::index(n, j, i)]);
+        }
+    return BezierTriangle(n, std::move(points), std::move(weights));
+}
+
+PatchModel turned(const PatchModel& model, const std::vector<bool>& which)
+{
+    std::vector<Patch> patches;
+    for (std::size_t k = 0; k < which.size(); ++k)
+        patches.push_back(which[k] ? from_behind(model.patches()[k]) : model.patches()[k]);
+    return PatchModel(std::move(patches));
+}
+
+}  // namespace
+
+PatchModel oriented(const PatchModel& model)
+{
+    const Surfaces s = surfaces_of(model);
+    const PatchModel agreed = turned(model, s.turned);
+    const double size = agreed.bounds().diagonal();
+    if (!(size > 0.0)) return agreed;
+    // Of a coarse mesh: the side does not depend on details.
+    const TessellatedPatches coarse = agreed.tessellate({0.02 * size, 2'000'000});
+    std::vector<double> volumes(static_cast<std::size_t>(s.count), 0.0);
+    const Vec3 middle = agreed.bounds().center();
+    for (std::size_t f = 0; f < coarse.mesh.n_faces(); ++f) {
+        const auto corner = [&](std::size_t k) {
+            return coarse.mesh.vertices[static_cast<std::size_t>(coarse.mesh.faces[f][k])] - middle;
+        };
+        const auto patch = static_cast<std::size_t>(coarse.patch_of_face[f]);
+        volumes[static_cast<std::size_t>(s.number[patch])] +=
+            dot(corner(0), cross(corner(1), corner(2)));
+    }
+    std::vector<bool> inside_out;
+    for (const int k : s.number) inside_out.push_back(volumes[static_cast<std::size_t>(k)] < 0.0);
+    return turned(agreed, inside_out);
+}
+
+namespace {
+
 void check_indices(const IndexedMesh& mesh)
 {
     const auto n = static_cast<std::int64_t>(mesh.n_vertices());

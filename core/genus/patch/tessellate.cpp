@@ -853,4 +853,54 @@ TessellatedPatches tessellate(const BSplineSurface& surface, const TessellateOpt
     return tessellate(patches, options);
 }
 
+namespace {
+
+// Points of the faces in given shares of the corners, and their parameters.
+struct FacePoints {
+    std::vector<double> u, v;
+    std::vector<Vec3> on_mesh;
+};
+
+double largest_distance(const Patch& patch, const FacePoints& points)
+{
+    std::vector<Vec3> on_patch(points.u.size());
+    std::visit([&](const auto& p) { p.evaluate(points.u, points.v, on_patch); }, patch);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < on_patch.size(); ++i)
+        largest = std::max(largest, distance(on_patch[i], points.on_mesh[i]));
+    return largest;
+}
+
+}  // namespace
+
+double measured_deviation(std::span<const Patch> patches, const TessellatedPatches& made)
+{
+    constexpr double kThird = 1.0 / 3.0;
+    constexpr std::array<std::array<double, 3>, 4> kShares = {
+        {{kThird, kThird, kThird}, {0.5, 0.5, 0.0}, {0.0, 0.5, 0.5}, {0.5, 0.0, 0.5}}};
+    double largest = 0.0;
+    // The faces of a patch stand together.
+    for (std::size_t f = 0; f < made.mesh.n_faces();) {
+        current_progress().check();
+        const std::int32_t patch = made.patch_of_face[f];
+        FacePoints points;
+        for (; f < made.mesh.n_faces() && made.patch_of_face[f] == patch; ++f)
+            for (const auto& share : kShares) {
+                Vec2 uv{};
+                Vec3 p{};
+                for (std::size_t k = 0; k < 3; ++k) {
+                    uv += share[k] * made.corners[f][k];
+                    p += share[k] *
+                         made.mesh.vertices[static_cast<std::size_t>(made.mesh.faces[f][k])];
+                }
+                points.u.push_back(std::clamp(uv[0], 0.0, 1.0));
+                points.v.push_back(std::clamp(uv[1], 0.0, 1.0));
+                points.on_mesh.push_back(p);
+            }
+        largest =
+            std::max(largest, largest_distance(patches[static_cast<std::size_t>(patch)], points));
+    }
+    return largest;
+}
+
 }  // namespace genus

@@ -49,6 +49,11 @@ struct TessellatedPatches {
 TessellatedPatches tessellate(std::span<const Patch> patches, const TessellateOptions& options);
 TessellatedPatches tessellate(const BSplineSurface& surface, const TessellateOptions& options);
 
+/// Largest distance found between mesh and patches, by sampling: from the middles of all faces and
+/// of their sides to the points of the patches with the same parameters. Shares nothing with the
+/// bound. O(faces).
+double measured_deviation(std::span<const Patch> patches, const TessellatedPatches& made);
+
 /// An edge as a patch has it: its number there, and whether it runs like the common edge.
 struct PatchEdgeUse {
     std::int32_t patch;

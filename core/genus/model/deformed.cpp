@@ -1,0 +1,305 @@
+#include "genus/model/deformed.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "genus/base/error.h"
+#include "genus/base/parallel.h"
+#include "genus/base/progress.h"
+#include "genus/deform/deform_mesh.h"
+#include "genus/mesh/aabb_tree.h"
+#include "genus/model/boolean_road.h"
+#include "genus/model/csg_field.h"
+#include "genus/model/freeform.h"
+#include "genus/model/mesh_solid.h"
+#include "genus/model/queries.h"
+#include "genus/model/surface_form.h"
+
+namespace genus {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool in_unit_cube(const Vec3& s)
+{
+    return Box3{{}, {{1, 1, 1}}}.contains(s);
+}
+
+// Which point goes where: cells of the lattice with boxes round their images.
+class InverseMap {
+public:
+    explicit InverseMap(const Lattice& lattice)
+        : lattice_(lattice), rests_(lattice.border_continuity() >= 0)
+    {
+        for (int i = 0; i < kCells; ++i)
+            for (int j = 0; j < kCells; ++j)
+                for (int k = 0; k < kCells; ++k) {
+                    const Vec3 low{{double(i), double(j), double(k)}};
+                    const Box3 stu{low / kCells, (low + Vec3{{1, 1, 1}}) / kCells};
+                    cells_.push_back(
+                        {lattice.image_of_local(stu), space_of(stu), lattice.global(stu.center())});
+                }
+    }
+
+    /// The point that is taken to y, if any.
+    std::optional<Vec3> operator()(const Vec3& y) const
+    {
+        // A border that rests keeps the lattice a map of its parallelepiped onto itself.
+        if (rests_ && !in_unit_cube(lattice_.local(y))) return y;
+        for (const Cell& cell : cells_)
+            if (cell.image.contains(y))
+                if (const auto x = lattice_.solve(y, cell.middle)) return x;
+        return std::nullopt;
+    }
+
+    /// Calls `visit` with boxes that together hold all that is taken into `box`.
+    template <class Visit>
+    void visit_sources(const Box3& box, const Visit& visit) const
+    {
+        for (const Cell& cell : cells_)
+            if (overlap(cell.image, box)) visit(cell.space);
+        if (rests_) visit(box);
+    }
+    /// True if nothing may be taken to some of it.
+    bool may_miss(const Box3&) const { return !rests_; }
+
+private:
+    static constexpr int kCells = 8;
+    struct Cell {
+        Box3 image, space;
+        Vec3 middle;
+    };
+
+    Box3 space_of(const Box3& stu) const
+    {
+        Box3 box;
+        for (int corner = 0; corner < 8; ++corner) {
+            Vec3 s;
+            for (std::size_t k = 0; k < 3; ++k)
+                s[k] = (corner >> k & 1) != 0 ? stu.max[k] : stu.min[k];
+            box.add(lattice_.global(s));
+        }
+        return box.inflated(1e-12 * (norm(box.min) + norm(box.max)));
+    }
+
+    const Lattice& lattice_;
+    bool rests_;
+    std::vector<Cell> cells_;
+};
+
+// F at the place that is taken to a point. Where nothing is, it is outside.
+class DeformedField final : public Implicit {
+public:
+    DeformedField(const Solid& part, const Lattice& lattice)
+        : field_(part), lattice_(lattice), inverse_(lattice_), outside_(part.bounds().diagonal())
+    {
+    }
+
+    double value(const Vec3& y) const override
+    {
+        const auto x = inverse_(y);
+        return x ? field_.value(*x) : outside_;
+    }
+    Vec3 gradient(const Vec3& y) const override
+    {
+        const auto x = inverse_(y);
+        return x ? pushed(*x, field_.gradient(*x)) : Vec3{};
+    }
+    Interval bound(const Box3& box) const override
+    {
+        Interval range(kInfinity, -kInfinity);
+        inverse_.visit_sources(
+            box, [&](const Box3& source) { range = hull(range, field_.bound(source)); });
+        if (inverse_.may_miss(box)) range = hull(range, Interval(outside_));
+        return range;
+    }
+    IntervalVec3 gradient_bound(const Box3&) const override
+    {
+        return {Interval::everything(), Interval::everything(), Interval::everything()};
+    }
+    std::int32_t piece(const Vec3& y) const override
+    {
+        const auto x = inverse_(y);
+        return x ? field_.piece(*x) : -1;
+    }
+    double piece_value(std::int32_t surface, const Vec3& y) const override
+    {
+        const auto x = inverse_(y);
+        return x && surface >= 0 ? field_.piece_value(surface, *x) : outside_;
+    }
+    Vec3 piece_gradient(std::int32_t surface, const Vec3& y) const override
+    {
+        const auto x = inverse_(y);
+        return x && surface >= 0 ? pushed(*x, field_.piece_gradient(surface, *x)) : Vec3{};
+    }
+
+    const CsgField& inner() const { return field_; }
+    const InverseMap& inverse() const { return inverse_; }
+
+private:
+    // Gradients go by the inverse transposed.
+    Vec3 pushed(const Vec3& x, const Vec3& gradient) const
+    {
+        const Columns3 j = lattice_.jacobian(x);
+        const double d = dot(j[0], cross(j[1], j[2]));
+        return (gradient[0] * cross(j[1], j[2]) + gradient[1] * cross(j[2], j[0]) +
+                gradient[2] * cross(j[0], j[1])) /
+               d;
+    }
+
+    CsgField field_;
+    Lattice lattice_;
+    InverseMap inverse_;
+    double outside_;
+};
+
+class DeformedSource final : public FreeformSource {
+public:
+    DeformedSource(const Solid& part, const Lattice& lattice)
+        : part_(part), lattice_(lattice), source_box_(require_bounded(part))
+    {
+        bounds_ = lattice.image_bounds(source_box_);
+        hash_ = part.hash();
+        for (const Vec3& d : lattice.moves())
+            for (const double c : d.c) mix(c);
+        for (const double c : lattice.origin().c) mix(c);
+        for (const Vec3& a : lattice.axes())
+            for (const double c : a.c) mix(c);
+    }
+
+    Box3 bounds() const override { return bounds_; }
+    std::string describe() const override
+    {
+        return "deformed " + genus::describe(part_.node().shape);
+    }
+    std::uint64_t hash() const override { return hash_; }
+    bool equals(const FreeformSource& other) const override
+    {
+        const auto* o = dynamic_cast<const DeformedSource*>(&other);
+        return o && hash_ == o->hash_ && lattice_.same(o->lattice_) && part_ == o->part_;
+    }
+
+    Meshed mesh(double tolerance, const Limits& limits) const override
+    {
+        const FoldReport folds = lattice_.folds();
+        if (folds.kind == FoldReport::Kind::Folded)
+            throw InvalidInput("deform: the lattice turns space inside out at [" +
+                               to_text(folds.where[0]) + ", " + to_text(folds.where[1]) + ", " +
+                               to_text(folds.where[2]) + "]");
+        const double stretch = lattice_.stretch(source_box_);
+        MeshOptions options;
+        options.tolerance = 0.5 * tolerance / stretch;
+        options.measure = false;
+        options.max_triangles = limits.max_triangles;
+        MeshedSolid flat = mesh_solid(part_, options);
+        DeformedMesh image =
+            deformed_within(std::move(flat.mesh), lattice_, 0.5 * tolerance, limits.max_triangles);
+        Meshed made;
+        made.bound = stretch * flat.error.bound + image.bound;
+        made.certified = flat.error.certified && folds.kind == FoldReport::Kind::None;
+        made.mesh = std::move(image.mesh);
+        if (limits.measure) made.measured = field() ? sampled_distance(made.mesh) : image.measured;
+        return made;
+    }
+
+    std::shared_ptr<const Implicit> field() const override { return deformed_field(); }
+
+    double sampled_distance(const IndexedMesh& mesh) const override
+    {
+        const auto field = deformed_field();
+        return field ? std::max(from_mesh(mesh, *field), from_solid(mesh)) : 0.0;
+    }
+
+private:
+    void mix(double value)
+    {
+        hash_ ^= std::bit_cast<std::uint64_t>(value + 0.0) + 0x9e3779b97f4a7c15U + (hash_ << 6U) +
+                 (hash_ >> 2U);
+        hash_ *= 0xbf58476d1ce4e5b9U;
+    }
+
+    // Null where a part is a polyhedron that is not convex, or freeform itself.
+    std::shared_ptr<const DeformedField> deformed_field() const
+    {
+        if (!is_smooth(part_) && !is_polyhedral(part_)) return nullptr;
+        try {
+            return std::make_shared<const DeformedField>(part_, lattice_);
+        } catch (const InvalidInput&) {
+            return nullptr;
+        }
+    }
+
+    // From middles of faces and sides: back, to the surface that is active there, and forth.
+    double from_mesh(const IndexedMesh& mesh, const DeformedField& field) const
+    {
+        std::vector<SurfaceForm> forms;
+        for (const Surface& s : field.inner().surfaces()) forms.emplace_back(s, source_box_);
+        constexpr std::size_t kMost = 20'000;
+        const std::size_t stride = 1 + mesh.n_faces() / kMost;
+        const std::size_t n = mesh.n_faces() / stride;
+        std::vector<double> found(n, 0.0);
+        parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Triangle& t = mesh.faces[i * stride];
+                const auto corner = [&](std::size_t k) {
+                    return mesh.vertices[static_cast<std::size_t>(t[k])];
+                };
+                const double reach = distance(corner(0), corner(1)) +
+                                     distance(corner(1), corner(2)) +
+                                     distance(corner(2), corner(0));
+                for (const Vec3& y :
+                     {(corner(0) + corner(1) + corner(2)) / 3.0, 0.5 * (corner(0) + corner(1))}) {
+                    const auto x = field.inverse()(y);
+                    found[i] = std::max(found[i], x ? to_surface(*x, y, reach, field, forms) : 0.0);
+                }
+            }
+        });
+        return found.empty() ? 0.0 : *std::max_element(found.begin(), found.end());
+    }
+
+    double to_surface(const Vec3& x, const Vec3& y, double reach, const DeformedField& field,
+                      const std::vector<SurfaceForm>& forms) const
+    {
+        const CsgField::Active active = field.inner().active(x);
+        if (active.surface < 0) return 0.0;
+        const SurfaceForm* form = &forms[static_cast<std::size_t>(active.surface)];
+        const auto p = project(std::span(&form, 1), x, 4.0 * reach + 1e-9 * norm(x));
+        return p ? distance(lattice_.apply(*p), y) : 0.0;
+    }
+
+    // From points of the exact surface: vertices of another mesh of the solid.
+    double from_solid(const IndexedMesh& mesh) const
+    {
+        if (mesh.faces.empty()) return 0.0;
+        MeshOptions options;
+        options.tolerance = 0.01 * source_box_.diagonal();
+        options.measure = false;
+        const IndexedMesh points = mesh_solid(part_, options).mesh;
+        const MeshTree tree(mesh);
+        double largest = 0.0;
+        const std::size_t stride = 1 + points.n_vertices() / 5000;
+        for (std::size_t v = 0; v < points.n_vertices(); v += stride) {
+            if (v % 256 == 0) current_progress().check();
+            largest = std::max(largest, tree.nearest(lattice_.apply(points.vertices[v])).distance);
+        }
+        return largest;
+    }
+
+    Solid part_;
+    Lattice lattice_;
+    Box3 source_box_, bounds_;
+    std::uint64_t hash_ = 0;
+};
+
+}  // namespace
+
+Solid deformed(const Solid& solid, const Lattice& lattice)
+{
+    if (solid.is_empty()) return solid;
+    return freeform(std::make_shared<const DeformedSource>(solid, lattice));
+}
+
+}  // namespace genus
