@@ -1,6 +1,7 @@
 #include "genus/boolean/arrangement.h"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
@@ -170,14 +171,29 @@ struct GroupCells {
     std::deque<ExactPoint> created;
 };
 
+Corners corners_of(const Soup& soup, Index f)
+{
+    Corners c;
+    c.id = soup.faces[f];
+    for (int i = 0; i < 3; ++i) c.at[i] = &soup.points[c.id[i]];
+    return c;
+}
+
 class Arranger {
 public:
-    explicit Arranger(const Soup& soup)
+    Arranger(const Soup& soup, Candidates candidates, std::vector<char> buried)
         : soup_(soup),
           table_(out_),
+          pairs_(std::move(candidates.pairs)),
           flats_(soup.faces.size()),
           flat_edge_(3 * soup.faces.size(), -1)
     {
+        out_.tree = std::move(candidates.tree);
+        out_.buried = std::move(buried);
+        if (out_.buried.empty()) return;
+        std::erase_if(pairs_, [&](const auto& pair) {
+            return is_buried(pair.first) || is_buried(pair.second);
+        });
     }
 
     Arrangement run()
@@ -204,32 +220,23 @@ public:
         out_.first_cell.assign(soup_.faces.size(), -1);
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             for (int i = 0; i < 3; ++i)
-                if (soup_.twin[3 * f + i] < 0) out_.passive[f] = 0;
+                if (soup_.twin[3 * f + i] < 0 || is_buried(static_cast<Index>(f)))
+                    out_.passive[f] = 0;
     }
 
-    Corners corners(Index f) const
-    {
-        Corners c;
-        c.id = soup_.faces[f];
-        for (int i = 0; i < 3; ++i) c.at[i] = &soup_.points[c.id[i]];
-        return c;
-    }
+    bool is_buried(Index f) const { return !out_.buried.empty() && out_.buried[f] != 0; }
 
     // What pairs of faces are, by part of the search.
     struct Found {
         std::vector<Meeting> meetings;
         std::vector<std::pair<Index, Index>> equal;  // points at one place, where faces just touch
-        std::int64_t n_candidates = 0;
     };
 
     void look_at(Index f, Index g, Found& found) const
     {
-        Corners at_f = corners(f);
-        Corners at_g = corners(g);
-        // Corners that are one in their operand. Those of two operands at one place are contacts.
-        if (certainly_apart(at_f, at_g)) return;
+        Corners at_f = corners_of(soup_, f);
+        Corners at_g = corners_of(soup_, g);
         number_corners(at_f, at_g);
-        ++found.n_candidates;
         const Contact contact = find_contact(at_f, at_g);
         if (contact.n_events == 0) return;
         if (contact.n_events == 1 && contact.trivial()) {
@@ -244,28 +251,16 @@ public:
 
     void find_meetings()
     {
-        const std::size_t n = soup_.faces.size();
-        std::vector<FloatBox> boxes(n);
-        std::vector<Index> owners(n);
-        parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t f = begin; f < end; ++f) {
-                const auto& t = soup_.faces[f];
-                boxes[f] = box_of(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
-                const Index operand = soup_.operand[f];
-                const bool crosses =
-                    !soup_.crosses_itself.empty() && soup_.crosses_itself[operand] != 0;
-                owners[f] = crosses ? -1 : operand;
-            }
+        constexpr std::size_t kGrain = 512;
+        out_.n_candidate_pairs = static_cast<std::int64_t>(pairs_.size());
+        std::vector<Found> found(pairs_.size() / kGrain + 1);
+        parallel_for(pairs_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                look_at(pairs_[i].first, pairs_[i].second, found[begin / kGrain]);
         });
-        out_.tree = BoxTree(std::move(boxes), std::move(owners));
-        std::vector<Found> found;
-        out_.tree.visit_pairs(
-            [&](std::size_t parts) { found.resize(parts); },
-            [&](Index f, Index g, std::size_t part) { look_at(f, g, found[part]); });
-        for (std::size_t f = 0; f < n; ++f)
+        for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             if (!out_.passive[f]) enter_corners(static_cast<Index>(f));
         for (const Found& part : found) {
-            out_.n_candidate_pairs += part.n_candidates;
             for (const auto& [v, w] : part.equal) {
                 enter_point(v);
                 enter_point(w);
@@ -276,6 +271,7 @@ public:
             }
             meetings_.insert(meetings_.end(), part.meetings.begin(), part.meetings.end());
         }
+        pairs_ = {};
     }
 
     void enter_corners(Index f)
@@ -374,7 +370,7 @@ public:
         signed char& known = flat_edge_[3 * f + i];
         if (known < 0) {
             const Index h = soup_.twin[3 * f + i];
-            known = h >= 0 && same_plane(f, h / 3) ? 1 : 0;
+            known = h >= 0 && !is_buried(h / 3) && same_plane(f, h / 3) ? 1 : 0;
             if (h >= 0) flat_edge_[h] = known;
         }
         return known != 0;
@@ -557,12 +553,12 @@ public:
         for (const auto& [f, g] : coplanar_) sets.unite(f, g);
         std::vector<std::array<Index, 3>> members;  // group, flat, face
         for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
-            if (out_.passive[f]) continue;
+            if (out_.passive[f] || is_buried(f)) continue;
             flat_of_[f] = flats_.find(f);
             sets.unite(f, flat_of_[f]);
         }
         for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f)
-            if (!out_.passive[f]) members.push_back({sets.find(f), flat_of_[f], f});
+            if (flat_of_[f] >= 0) members.push_back({sets.find(f), flat_of_[f], f});
         std::sort(members.begin(), members.end());
         for (std::size_t i = 0; i < members.size(); ++i) {
             if (i == 0 || members[i][0] != members[i - 1][0])
@@ -794,6 +790,7 @@ private:
     const Soup& soup_;
     Arrangement out_;
     PointTable table_;
+    std::vector<BoxTree::Pair> pairs_;
     std::vector<char> entered_;  // by point of the soup: in the table
     std::vector<Meeting> meetings_;
     std::vector<Recipe> recipes_;
@@ -814,9 +811,45 @@ private:
 
 }  // namespace
 
-Arrangement arrange(const Soup& soup)
+Candidates find_candidates(const Soup& soup, std::size_t most)
 {
-    return Arranger(soup).run();
+    const std::size_t n = soup.faces.size();
+    std::vector<FloatBox> boxes(n);
+    std::vector<Index> owners(n);
+    parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end; ++f) {
+            const auto& t = soup.faces[f];
+            boxes[f] = box_of(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]);
+            const Index operand = soup.operand[f];
+            const bool crosses = !soup.crosses_itself.empty() && soup.crosses_itself[operand] != 0;
+            owners[f] = crosses ? -1 : operand;
+        }
+    });
+    Candidates candidates;
+    candidates.tree = BoxTree(std::move(boxes), std::move(owners));
+    std::vector<std::vector<BoxTree::Pair>> found;
+    std::atomic<std::size_t> count{0};
+    candidates.tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },
+                                [&](Index f, Index g, std::size_t part) {
+                                    if (count.load(std::memory_order_relaxed) > most) return;
+                                    // Corners that are one in their operand may be common. Those
+                                    // of two operands at one place are contacts.
+                                    if (certainly_apart(corners_of(soup, f), corners_of(soup, g)))
+                                        return;
+                                    found[part].push_back({f, g});
+                                    count.fetch_add(1, std::memory_order_relaxed);
+                                });
+    candidates.complete = count.load() <= most;
+    if (!candidates.complete) return candidates;
+    candidates.pairs.reserve(count.load());
+    for (const auto& part : found)
+        candidates.pairs.insert(candidates.pairs.end(), part.begin(), part.end());
+    return candidates;
+}
+
+Arrangement arrange(const Soup& soup, Candidates candidates, std::vector<char> buried)
+{
+    return Arranger(soup, std::move(candidates), std::move(buried)).run();
 }
 
 }  // namespace genus::exact

@@ -28,6 +28,14 @@ struct Soup {
     std::vector<char> crosses_itself;
 };
 
+/// Pairs of faces of a soup that may meet, found by their boxes and planes.
+struct Candidates {
+    BoxTree tree;  // over all faces of the soup
+    std::vector<BoxTree::Pair> pairs;
+    bool complete = true;  // false: there are more than `most`, and none is listed
+};
+Candidates find_candidates(const Soup& soup, std::size_t most);
+
 /// The faces of a soup, cut along all their intersections, so that any two cells meet in common
 /// corners and edges only and no two cover each other.
 ///
@@ -57,6 +65,8 @@ struct Arrangement {
     std::vector<std::int32_t> group_end;   // each cell: end of the cells of its plane's group
 
     BoxTree tree;  // over all faces of the soup
+    /// Faces that are neither passive nor covered by cells, see buried.h; empty for none.
+    std::vector<char> buried;
 
     std::int64_t n_candidate_pairs = 0;
     std::int64_t n_contacts = 0;
@@ -67,8 +77,9 @@ struct Arrangement {
 /// they are cut together; and where something crosses the edge between two faces of one operand
 /// and one plane: they are cut as one, without that edge.
 ///
-/// Time grows with the boxes that overlap. Throws Error if operands cross themselves that were
+/// Faces that are `buried`, which may be empty, take no part. Time grows with the boxes that
+/// overlap. Throws Error if operands cross themselves that were
 /// declared not to.
-Arrangement arrange(const Soup& soup);
+Arrangement arrange(const Soup& soup, Candidates candidates, std::vector<char> buried);
 
 }  // namespace genus::exact

@@ -60,6 +60,30 @@ void BooleanFormula::check(std::int32_t n_operands) const
         throw InvalidInput("mesh_boolean: the formula holds outside all operands");
 }
 
+std::vector<SettlingSides> settling_sides(const BooleanFormula& formula, std::int32_t n_operands)
+{
+    std::vector<SettlingSides> sides(n_operands);
+    if (formula.instructions.empty()) return sides;
+    // Values of instructions that would settle the last one, found from there downwards: one term
+    // settles an intersection at false, a union at true.
+    std::vector<SettlingSides> wanted(formula.instructions.size());  // true, false
+    wanted.back() = {true, true};
+    const auto spread = [&](const BooleanFormula::Instruction& instruction, bool value) {
+        const bool one_is_enough =
+            instruction.terms.size() == 1 || value != instruction.is_intersection;
+        for (const auto& term : instruction.terms) {
+            if (!one_is_enough) break;
+            auto& side = term.is_operand ? sides[term.index] : wanted[term.index];
+            (value != term.negated ? side.inside : side.outside) = true;
+        }
+    };
+    for (std::size_t i = formula.instructions.size(); i-- > 0;) {
+        if (wanted[i].inside) spread(formula.instructions[i], true);
+        if (wanted[i].outside) spread(formula.instructions[i], false);
+    }
+    return sides;
+}
+
 FormulaState::FormulaState(const BooleanFormula& formula, std::int32_t n_operands)
     : uses_of_operand_(n_operands),
       uses_of_instruction_(formula.instructions.size()),

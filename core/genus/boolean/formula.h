@@ -33,6 +33,14 @@ struct BooleanFormula {
     void check(std::int32_t n_operands) const;
 };
 
+/// On which sides of an operand a formula has one value whatever the other operands are.
+struct SettlingSides {
+    bool inside = false;
+    bool outside = false;
+};
+/// By operand; only what follows from the shape of the formula. O(terms).
+std::vector<SettlingSides> settling_sides(const BooleanFormula& formula, std::int32_t n_operands);
+
 /// The value of a formula while operands change one at a time. A change costs as many steps as
 /// there are instructions whose value it changes.
 class FormulaState {

@@ -13,6 +13,7 @@
 #include "genus/base/progress.h"
 #include "genus/boolean/arrangement.h"
 #include "genus/boolean/assemble.h"
+#include "genus/boolean/buried.h"
 #include "genus/boolean/close_coordinates.h"
 #include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
@@ -27,6 +28,7 @@ using exact::ClosedOperand;
 using exact::Soup;
 using Index = std::int32_t;
 
+constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 constexpr int kMendRounds = 3;
 constexpr int kCoarserBits = 4;
 constexpr double kCloseSteps = 8.0;  // within which coordinates are meant to be equal
@@ -164,6 +166,31 @@ bool collide(const Solved& mesh, Index f, Index g)
     return !exact::certainly_apart(a, b) && !exact::find_contact(a, b).trivial();
 }
 
+// What the rounding of a result did.
+struct Rounding {
+    std::vector<char> moved;    // by point
+    std::vector<Index> turned;  // faces that now turn the other way
+};
+
+// Faces of parts that the rounding may have turned inside out: thin ones whose corners moved to the
+// other side, so that a quarter of their faces or more turned over, and which meet nothing.
+std::vector<Index> find_turned_parts(const Solved& mesh, const Rounding& rounding)
+{
+    if (rounding.turned.empty()) return {};
+    DisjointSets parts(mesh.points.size());
+    for (const Triangle& t : mesh.faces) {
+        parts.unite(t[0], t[1]);
+        parts.unite(t[0], t[2]);
+    }
+    std::vector<Index> balance(mesh.points.size(), 0);  // by part
+    for (const Triangle& t : mesh.faces) --balance[parts.find(t[0])];
+    for (const Index f : rounding.turned) balance[parts.find(mesh.faces[f][0])] += 4;
+    std::vector<Index> bad;
+    for (const Index f : rounding.turned)
+        if (balance[parts.find(mesh.faces[f][0])] >= 0) bad.push_back(f);
+    return bad;
+}
+
 // The faces that, after some corners moved, are flat or meet others.
 std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& moved)
 {
@@ -215,13 +242,51 @@ std::vector<Index> find_collisions(const Solved& mesh, const std::vector<char>& 
     return bad;
 }
 
-// The surface of a soup by formula, rounded; `moved` tells which points the rounding moved.
-Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
-                  Index n_operands, exact::InsideRule rule, bool merge_coplanar,
-                  std::vector<char>& moved, MeshBooleanReport& report)
+// What is known of a soup before anything is cut.
+struct Start {
+    exact::Candidates candidates;
+    std::vector<char> buried;
+};
+
+Start look_over(const Soup& soup, const BooleanFormula& formula, Index n_operands,
+                std::size_t most_pairs = kAnyNumber)
 {
-    exact::Arrangement arrangement = exact::arrange(soup);
-    const exact::Selection selection = exact::select(soup, arrangement, formula, n_operands, rule);
+    Start start{exact::find_candidates(soup, most_pairs), {}};
+    if (n_operands > 2 && start.candidates.complete)
+        start.buried = exact::find_buried(soup, start.candidates, formula, n_operands);
+    return start;
+}
+
+// Does a face turn against its plane now that corners moved?
+bool turned_by(const std::vector<char>& moved, const Solved& mesh, Index f, const Soup& soup,
+               const exact::OutFace& from)
+{
+    const Triangle& t = mesh.faces[f];
+    if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return false;
+    const auto sign = [](int axis, const std::vector<Vec3>& points, const Triangle& corners) {
+        return exact::normal_sign(axis, points[corners[0]], points[corners[1]], points[corners[2]]);
+    };
+    const Triangle& plane = soup.faces[from.plane];
+    const int axis =
+        exact::dominant_axis(soup.points[plane[0]], soup.points[plane[1]], soup.points[plane[2]]);
+    const int before = sign(axis, soup.points, plane) * (from.flipped ? -1 : 1);
+    return sign(axis, mesh.points, t) == -before;
+}
+
+// The surface of a soup by formula, rounded.
+Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                  Index n_operands, exact::InsideRule rule, bool merge_coplanar, Start start,
+                  Rounding& rounding, MeshBooleanReport& report)
+{
+    report.n_buried_faces += std::count(start.buried.begin(), start.buried.end(), 1);
+    exact::Arrangement arrangement =
+        exact::arrange(soup, std::move(start.candidates), std::move(start.buried));
+    auto found = exact::select(soup, arrangement, formula, n_operands, rule);
+    if (!found) {
+        arrangement = exact::arrange(soup, exact::find_candidates(soup, kAnyNumber), {});
+        found = exact::select(soup, arrangement, formula, n_operands, rule);
+    }
+    const exact::Selection& selection = *found;
     auto faces = exact::collect_faces(soup, arrangement, selection, merge_coplanar);
     const std::size_t n_exact = arrangement.points.size();
     exact::OutMesh mesh = exact::split_to_manifold(soup, arrangement, faces);
@@ -236,7 +301,8 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     Solved solved;
     solved.faces = std::move(mesh.faces);
     solved.points.resize(mesh.points.size());
-    moved.assign(mesh.points.size(), 0);
+    rounding = {};
+    rounding.moved.assign(mesh.points.size(), 0);
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
         const exact::PointRef& p = arrangement.points[mesh.points[i]];
         solved.points[i] = p.approx;
@@ -244,9 +310,13 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
         if (number < soup.points.size()) continue;
         const bool middle = number >= n_exact;
         solved.points[i] = frame.rounded(p.approx);
-        moved[i] = middle || !exact::same_point({solved.points[i], nullptr}, p);
+        rounding.moved[i] = middle || !exact::same_point({solved.points[i], nullptr}, p);
     }
-    for (const exact::OutFace& face : faces) solved.given.push_back(soup.given[face.source]);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        solved.given.push_back(soup.given[faces[f].source]);
+        if (turned_by(rounding.moved, solved, static_cast<Index>(f), soup, faces[f]))
+            rounding.turned.push_back(static_cast<Index>(f));
+    }
     return solved;
 }
 
@@ -301,21 +371,24 @@ std::string place_text(const Vec3& p)
 // is a point where it does.
 std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
                                   const BooleanFormula& formula, Index n_operands,
-                                  const MeshBooleanOptions& options, MeshBooleanReport& report,
-                                  Vec3& place)
+                                  const MeshBooleanOptions& options, Start start,
+                                  MeshBooleanReport& report, Vec3& place)
 {
-    std::vector<char> moved;
+    Rounding rounding;
     Solved solved = solve_once(soup, frame, formula, n_operands, exact::InsideRule::NonZero,
-                               options.merge_coplanar, moved, report);
+                               options.merge_coplanar, std::move(start), rounding, report);
     const std::size_t most_faces = 2 * solved.faces.size() + 1000;
     for (int round = 0;; ++round) {
-        const std::vector<Index> bad = find_collisions(solved, moved);
+        std::vector<Index> bad = find_collisions(solved, rounding.moved);
+        if (bad.empty()) bad = find_turned_parts(solved, rounding);
         if (bad.empty()) return solved;
         place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
         if (round == kMendRounds || solved.faces.size() > most_faces) return std::nullopt;
         ++report.n_mended;
-        solved = solve_once(as_soup(solved), frame, BooleanFormula::union_of(1), 1,
-                            exact::InsideRule::Positive, options.merge_coplanar, moved, report);
+        const Soup again = as_soup(solved);
+        const BooleanFormula itself = BooleanFormula::union_of(1);
+        solved = solve_once(again, frame, itself, 1, exact::InsideRule::Positive,
+                            options.merge_coplanar, look_over(again, itself, 1), rounding, report);
     }
 }
 
@@ -333,41 +406,85 @@ public:
     /// As `solve_whole`; long unions, and long lists of things taken away, are united first.
     std::optional<Solved> solve(const Soup& soup, BooleanFormula formula, Index n_operands)
     {
+        find_long_lists(soup, formula, n_operands);
+        const std::size_t n_faces = soup.faces.size();
+        Start start = look_over(soup, formula, n_operands,
+                                lists_.empty() ? kAnyNumber : kPairsToLookAt * n_faces);
+        if (lists_.empty() || few_pairs(start, n_faces))
+            return solve_whole(soup, frame_, formula, n_operands, options_, std::move(start),
+                               report_, place_);
+        start = {};
+        split_by_operand(soup, n_operands);
+        for (auto& [instruction, list, others] : lists_) {
+            if (!unite(list)) return std::nullopt;
+            auto& terms = formula.instructions[instruction].terms;
+            const bool negated = formula.instructions[instruction].is_intersection;
+            terms = std::move(others);
+            for (const Index i : list) terms.push_back({i, true, negated});
+        }
+        ++report_.n_steps;
+        std::vector<Index> named;
+        renumber_operands(formula, named);
+        return solve_together(named, formula, report_, place_);
+    }
+
+private:
+    static constexpr std::size_t kGroup = 4;
+    // More pairs a face than this are not even listed; with fewer than that all is solved at once.
+    static constexpr std::size_t kPairsToLookAt = 16;
+    static constexpr std::size_t kPairsToCut = 3;
+
+    // The operands of one instruction that can be united first.
+    struct LongList {
+        std::size_t instruction;
+        std::vector<Index> operands;
+        std::vector<BooleanFormula::Term> others;
+    };
+
+    void find_long_lists(const Soup& soup, const BooleanFormula& formula, Index n_operands)
+    {
         std::vector<char> present(n_operands, 0);
         for (const Index i : soup.operand) present[i] = 1;
         std::vector<Index> uses(n_operands, 0);
         for (const auto& instruction : formula.instructions)
             for (const auto& term : instruction.terms)
                 if (term.is_operand) ++uses[term.index];
-        bool split = false;
-        for (auto& instruction : formula.instructions) {
-            std::vector<BooleanFormula::Term> others;
-            std::vector<Index> list;
+        for (std::size_t i = 0; i < formula.instructions.size(); ++i) {
+            const auto& instruction = formula.instructions[i];
+            LongList list{i, {}, {}};
             for (const auto& term : instruction.terms) {
                 if (term.is_operand && uses[term.index] == 1 && present[term.index] &&
                     term.negated == instruction.is_intersection)
-                    list.push_back(term.index);
+                    list.operands.push_back(term.index);
                 else
-                    others.push_back(term);
+                    list.others.push_back(term);
             }
-            if (static_cast<Index>(list.size()) <= options_.largest_union) continue;
-            if (!split) split_by_operand(soup, n_operands);
-            split = true;
-            if (!unite(list)) return std::nullopt;
-            for (const Index i : list) others.push_back({i, true, instruction.is_intersection});
-            instruction.terms = std::move(others);
+            if (static_cast<Index>(list.operands.size()) > options_.largest_union)
+                lists_.push_back(std::move(list));
         }
-        if (!split)
-            return solve_whole(soup, frame_, formula, n_operands, options_, report_, place_);
-        ++report_.n_steps;
-        std::vector<Index> named;
-        renumber_operands(formula, named);
-        return solve_whole(together(named), frame_, formula, static_cast<Index>(named.size()),
-                           options_, report_, place_);
     }
 
-private:
-    static constexpr std::size_t kGroup = 4;
+    static bool few_pairs(const Start& start, std::size_t n_faces)
+    {
+        if (!start.candidates.complete) return false;
+        const auto& pairs = start.candidates.pairs;
+        const auto is_left = [&](const auto& pair) {
+            return start.buried.empty() ||
+                   (!start.buried[pair.first] && !start.buried[pair.second]);
+        };
+        return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), is_left)) <=
+               kPairsToCut * n_faces;
+    }
+
+    std::optional<Solved> solve_together(const std::vector<Index>& numbers,
+                                         const BooleanFormula& formula, MeshBooleanReport& report,
+                                         Vec3& place) const
+    {
+        const Soup soup = together(numbers);
+        const auto n = static_cast<Index>(numbers.size());
+        return solve_whole(soup, frame_, formula, n, options_, look_over(soup, formula, n), report,
+                           place);
+    }
 
     void split_by_operand(const Soup& soup, Index n_operands)
     {
@@ -455,8 +572,8 @@ private:
         parallel_for(groups.size(), 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t g = begin; g < end; ++g) {
                 const auto n = static_cast<Index>(groups[g].size());
-                made[g] = solve_whole(together(groups[g]), frame_, BooleanFormula::union_of(n), n,
-                                      options_, reports[g], places[g]);
+                made[g] =
+                    solve_together(groups[g], BooleanFormula::union_of(n), reports[g], places[g]);
             }
         });
         for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -487,6 +604,7 @@ private:
         report_.n_candidate_pairs += r.n_candidate_pairs;
         report_.n_contacts += r.n_contacts;
         report_.n_passive_faces += r.n_passive_faces;
+        report_.n_buried_faces += r.n_buried_faces;
         report_.n_cells += r.n_cells;
         report_.n_new_points += r.n_new_points;
         report_.n_mended += r.n_mended;
@@ -512,6 +630,7 @@ private:
     const MeshBooleanOptions& options_;
     MeshBooleanReport& report_;
     Vec3& place_;
+    std::vector<LongList> lists_;
     std::vector<Soup> pieces_;  // the operands, then unions of them
 };
 

@@ -34,6 +34,7 @@ struct MeshBooleanReport {
     std::int64_t n_candidate_pairs = 0;
     std::int64_t n_contacts = 0;       // pairs of faces that meet
     std::int64_t n_passive_faces = 0;  // input faces that nothing touches
+    std::int64_t n_buried_faces = 0;   // that lie where they cannot matter and are not cut
     std::int64_t n_cells = 0;          // pieces of the others
     std::int64_t n_new_points = 0;
     /// Groups solved on the way, see `largest_union`; counts above are sums over them.

@@ -1,10 +1,12 @@
 #include "genus/boolean/winding.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
+#include "genus/boolean/ray.h"
 #include "genus/boolean/sheets.h"
 #include "genus/mesh/disjoint_sets.h"
 
@@ -19,11 +21,6 @@ int next(int i)
     return i == 2 ? 0 : i + 1;
 }
 
-int sign_of(Int128 value)
-{
-    return (value > 0) - (value < 0);
-}
-
 std::uint64_t random_of(Index operand)
 {
     std::uint64_t h = static_cast<std::uint64_t>(operand) + 0x9E3779B97F4A7C15ull;
@@ -33,59 +30,6 @@ std::uint64_t random_of(Index operand)
         h ^= h >> 27;
     }
     return h;
-}
-
-// Sign of (b - a) x m seen along `axis`, for an integer vector m.
-int turn_of_edge(int axis, const Vec3& a, const Vec3& b, const Vec3& m)
-{
-    const int u = (axis + 1) % 3;
-    const int v = (axis + 2) % 3;
-    const auto product = [](double x, double y) {
-        return static_cast<Int128>(static_cast<std::int64_t>(x)) * static_cast<std::int64_t>(y);
-    };
-    return sign_of(product(b[u] - a[u], m[v]) - product(b[v] - a[v], m[u]));
-}
-
-// Sign of n . m for the normal n of a, b, c.
-int side_of_vector(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& m)
-{
-    const Plane plane = plane_through(a, b, c);
-    WideInt<5> sum;
-    for (int k = 0; k < 3; ++k)
-        sum = WideInt<5>(sum + plane.n[k] * WideInt<1>(static_cast<std::int64_t>(m[k])));
-    return sum.sign();
-}
-
-// A ray along a coordinate axis that starts at a corner of a face, moved into the face by an
-// infinitely small step along one edge, `m`, and a smaller one along another, `m2`: there it
-// meets no edge and no corner.
-struct Ray {
-    int axis;
-    Vec3 start;
-    Vec3 m;
-    Vec3 m2;
-};
-
-// 1 or -1, the sign of its normal along the ray, if the face lies on it beyond its start.
-int hit(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    const Vec3* p[3] = {&a, &b, &c};
-    int turning = 0;
-    for (int i = 0; i < 3; ++i) {
-        const Vec3& from = *p[i];
-        const Vec3& to = *p[next(i)];
-        int s = turn(ray.axis, from, to, ray.start);
-        if (s == 0) s = turn_of_edge(ray.axis, from, to, ray.m);
-        if (s == 0) s = turn_of_edge(ray.axis, from, to, ray.m2);
-        if (s == 0 || s == -turning) return 0;
-        turning = s;
-    }
-    int side = side_of_plane(a, b, c, ray.start);
-    if (side == 0) side = side_of_vector(a, b, c, ray.m);
-    if (side == 0) side = side_of_vector(a, b, c, ray.m2);
-    // A face that turns counterclockwise has its normal along the ray, and is met if the start
-    // lies below it.
-    return side * turning < 0 ? turning : 0;
 }
 
 class Selector {
@@ -101,13 +45,17 @@ public:
     {
     }
 
-    Selection run()
+    std::optional<Selection> run()
     {
         find_patches();
         sides_ = DisjointSets(2 * n_items());
         join_sides();
-        list_items();
-        follow_regions();
+        if (cut_.buried.empty()) {
+            list_items();
+            follow_regions();
+        } else if (!look_into_regions()) {
+            return std::nullopt;
+        }
         return decide();
     }
 
@@ -278,11 +226,7 @@ private:
     {
         const Index f = item >= n_cells_ ? patch_face_[item - n_cells_]
                                          : cut_.covers[cut_.cells[item].covers_begin].face;
-        const Vec3& a = soup_.points[soup_.faces[f][0]];
-        const Vec3& b = soup_.points[soup_.faces[f][1]];
-        const Vec3& c = soup_.points[soup_.faces[f][2]];
-        const int axis = dominant_axis(a, b, c);
-        const Ray ray{axis, a, b - a, c - a};
+        const Ray ray = ray_from(soup_, f);
         Seed seed;
         Index plane = f;
         if (item >= n_cells_) {
@@ -293,7 +237,7 @@ private:
             plane = cut_.cells[cell].plane;
         }
         const auto& t = soup_.faces[plane];
-        if (normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) < 0)
+        if (normal_sign(ray.axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) < 0)
             ++seed.side;
         seed.winding = windings_beyond(ray);
         return seed;
@@ -325,10 +269,8 @@ private:
 
     std::vector<std::pair<Index, Index>> windings_beyond(const Ray& ray) const
     {
-        FloatBox box = box_of(ray.start, ray.start, ray.start);
-        box.high[ray.axis] = 3e38f;
         std::vector<std::pair<Index, Index>> hits;
-        cut_.tree.query(box, [&](Index f) {
+        cut_.tree.query(box_of_ray(ray), [&](Index f) {
             const auto& t = soup_.faces[f];
             const int s = hit(ray, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
             if (s != 0) hits.push_back({soup_.operand[f], s});
@@ -342,22 +284,108 @@ private:
         return winding;
     }
 
+    // Faces that are buried were neither cut nor followed: winding numbers change within a region,
+    // the value of the formula does not. One look a region, from the first of its items that has
+    // room for an upright line. False if there are regions too thin for that.
+    bool look_into_regions()
+    {
+        known_.assign(2 * n_items(), 0);
+        holds_.assign(2 * n_items(), 0);
+        std::vector<Index> thin;
+        for (Index item = 0; item < n_items(); ++item) {
+            if (is_seen(item)) continue;
+            current_progress().check();
+            if (!look_from(item)) thin.push_back(item);
+        }
+        return std::all_of(thin.begin(), thin.end(), [&](Index item) { return is_seen(item); });
+    }
+
+    // Is the value known on both sides of an item, or the same for sure?
+    bool is_seen(Index item)
+    {
+        const Index front = sides_.find(2 * item);
+        const Index back = sides_.find(2 * item + 1);
+        return front == back || (known_[front] && known_[back]);
+    }
+
+    // Winding numbers just above and below an item, on a line through its inside.
+    bool look_from(Index item)
+    {
+        const bool is_cell = item < n_cells_;
+        const Index plane = is_cell ? cut_.cells[item].plane : patch_face_[item - n_cells_];
+        std::array<PointRef, 3> triangle;
+        for (int i = 0; i < 3; ++i)
+            triangle[i] = is_cell ? cut_.points[cut_.cells[item].corners[i]]
+                                  : PointRef{soup_.points[soup_.faces[plane][i]], nullptr};
+        UprightLine line(soup_, plane);
+        for (int attempt = 0; attempt < 4; ++attempt) {
+            if (!line.pass_through(triangle, point_inside(triangle, attempt))) continue;
+            std::vector<std::pair<Index, Index>> above;  // operand, sign
+            std::vector<std::pair<Index, Index>> at;
+            bool clear = true;
+            cut_.tree.query(line.box(), [&](Index f) {
+                const UprightLine::Crossing crossing = line.cross(f);
+                clear = clear && crossing.clear;
+                if (crossing.sign == 0 || crossing.height < 0) return;
+                (crossing.height > 0 ? above : at).push_back({soup_.operand[f], crossing.sign});
+            });
+            if (!clear) continue;
+            const Index up = sides_.find(2 * item + (line.normal_is_up() ? 0 : 1));
+            const Index down = sides_.find(2 * item + (line.normal_is_up() ? 1 : 0));
+            for (const auto& [operand, sign] : above) change(operand, sign);
+            set_value(up);
+            for (const auto& [operand, sign] : at) change(operand, sign);
+            set_value(down);
+            for (const auto& [operand, sign] : at) change(operand, -sign);
+            for (const auto& [operand, sign] : above) change(operand, -sign);
+            return true;
+        }
+        return false;
+    }
+
+    // A grid point that lies inside the triangle where there is room.
+    static Vec3 point_inside(const std::array<PointRef, 3>& triangle, int attempt)
+    {
+        Vec3 p;
+        for (int k = 0; k < 3; ++k) {
+            double sum = 0.0;
+            for (int i = 0; i < 3; ++i)
+                sum += triangle[i].approx[k] * (attempt == 0 ? 1.0 / 3.0 : 0.25);
+            if (attempt > 0) sum += 0.25 * triangle[attempt - 1].approx[k];
+            p[k] = std::nearbyint(sum);
+        }
+        return p;
+    }
+
+    void set_value(Index region)
+    {
+        known_[region] = 1;
+        holds_[region] = formula_.value();
+    }
+
+    // Does what lies in front of an item, and the item, make what lies behind it?
+    bool windings_agree(Index item)
+    {
+        print_ = prints_[sides_.find(2 * item)];
+        cross(item, 1);
+        const bool agree = print_ == prints_[sides_.find(2 * item + 1)];
+        cross(item, -1);
+        return agree;
+    }
+
     Selection decide()
     {
         Selection selection;
         const auto kept = [&](Index item) -> std::int8_t {
             const Index front = sides_.find(2 * item);
             const Index back = sides_.find(2 * item + 1);
-            print_ = prints_[front];
-            cross(item, 1);
-            if (print_ != prints_[back])
+            if (cut_.buried.empty() && !windings_agree(item))
                 throw Error(
                     "mesh_boolean: winding numbers do not agree across a face of operand " +
                     std::to_string(soup_
                                        .given[item < n_cells_ ? cut_.cells[item].plane
                                                               : patch_face_[item - n_cells_]]
                                        .operand));
-            cross(item, -1);
             if (holds_[front] == holds_[back]) return 0;
             return holds_[back] ? 1 : -1;
         };
@@ -393,8 +421,9 @@ private:
 
 }  // namespace
 
-Selection select(const Soup& soup, const Arrangement& arrangement, const BooleanFormula& formula,
-                 std::int32_t n_operands, InsideRule rule)
+std::optional<Selection> select(const Soup& soup, const Arrangement& arrangement,
+                                const BooleanFormula& formula, std::int32_t n_operands,
+                                InsideRule rule)
 {
     return Selector(soup, arrangement, formula, n_operands, rule).run();
 }

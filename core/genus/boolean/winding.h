@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "genus/boolean/arrangement.h"
@@ -24,7 +25,11 @@ struct Selection {
 /// formula is evaluated once a region.
 ///
 /// Implements [zhou2016], sections 3 and 4, with regions told apart by union of cell sides.
-Selection select(const Soup& soup, const Arrangement& arrangement, const BooleanFormula& formula,
-                 std::int32_t n_operands, InsideRule rule);
+///
+/// With buried faces winding numbers are not followed: each region is looked into from one place.
+/// Empty then if some region is too thin for that; never without buried faces.
+std::optional<Selection> select(const Soup& soup, const Arrangement& arrangement,
+                                const BooleanFormula& formula, std::int32_t n_operands,
+                                InsideRule rule);
 
 }  // namespace genus::exact

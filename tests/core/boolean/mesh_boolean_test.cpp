@@ -340,10 +340,13 @@ TEST(MeshBoolean, LongUnionsInGroupsMeanTheSame)
 {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
+    // Long bars cross so often that they are not cut all at once.
     std::vector<IndexedMesh> solids{cube(1.0)};
     for (int i = 0; i < 40; ++i)
-        solids.push_back(moved(scaled(sphere(6, 9, 1.0), 0.1 + 0.1 * unit(random)),
-                               {{unit(random), unit(random), unit(random)}}));
+        solids.push_back(
+            moved(turned(box({{-1.0, -0.03, -0.03}}, {{1.0, 0.03, 0.03}}),
+                         {{unit(random), unit(random), unit(random)}}, 360.0 * unit(random)),
+                  {{0.4 + 0.2 * unit(random), 0.5, 0.5}}));
     MeshBooleanOptions at_once;
     at_once.largest_union = 1000;
     const BooleanFormula carve = BooleanFormula::difference_of(41);
@@ -364,6 +367,42 @@ TEST(MeshBoolean, LongUnionsInGroupsMeanTheSame)
         for (const std::int32_t v : b.mesh.faces[f])
             EXPECT_NEAR(dot(n, b.mesh.vertices[v] - p), 0.0, 1e-13);
     }
+}
+
+TEST(MeshBoolean, BuriedFacesMakeNoDifference)
+{
+    // All at once most faces lie inside others and are not cut; one by one all are.
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::vector<IndexedMesh> solids{cube(1.0)};
+    for (int i = 0; i < 60; ++i)
+        solids.push_back(moved(scaled(sphere(8, 12, 1.0), 0.1 + 0.2 * unit(random)),
+                               {{unit(random), unit(random), unit(random)}}));
+    const std::vector<IndexedMesh> balls(solids.begin() + 1, solids.end());
+    IndexedMesh sum;
+    IndexedMesh rest = solids[0];
+    for (const IndexedMesh& ball : balls) {
+        sum = unite(sum, ball);
+        rest = subtract(rest, ball);
+    }
+    const MeshBooleanResult all = mesh_boolean(balls, BooleanFormula::union_of(60));
+    const MeshBooleanResult carved = mesh_boolean(solids, BooleanFormula::difference_of(61));
+    for (const auto& [r, one_by_one] : {std::pair{&all, &sum}, std::pair{&carved, &rest}}) {
+        EXPECT_GT(r->report.n_buried_faces, 1000);
+        expect_sound(r->mesh);
+        EXPECT_EQ(genus_of(r->mesh), genus_of(*one_by_one));
+        EXPECT_EQ(parts_of(r->mesh), parts_of(*one_by_one));
+        EXPECT_NEAR(volume(r->mesh), volume(*one_by_one), 1e-12);
+    }
+    // Inside one shell of an operand is not inside the operand: a ball in the cavity stays.
+    const IndexedMesh shell = joined(cube(9.0), inside_out(cube(5.0, {{2, 2, 2}})));
+    const std::vector<IndexedMesh> nested{shell, sphere(8, 12, 30.0), cube(1.0, {{4, 4, 4}}),
+                                          cube(1.0, {{4.5, 4, 4}})};
+    BooleanFormula formula;  // shell or (ball and (cube or cube))
+    const auto cubes = formula.add(false, {{2, true, false}, {3, true, false}});
+    const auto in_ball = formula.add(true, {{1, true, false}, {cubes, false, false}});
+    formula.add(false, {{0, true, false}, {in_ball, false, false}});
+    EXPECT_EQ(volume(mesh_boolean(nested, formula).mesh), 729.0 - 125.0 + 1.5);
 }
 
 // Operands that are none.

@@ -107,62 +107,75 @@ int first_seed()
     return text ? std::atoi(text) : 0;
 }
 
+// What theory promises of one random case. True if it was refused.
+bool try_formula(int seed)
+{
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    bool refused = false;
+    Dice dice(static_cast<std::uint32_t>(seed));
+    std::vector<IndexedMesh> solids;
+    const int n = 2 + dice.below(4);
+    for (int i = 0; i < n; ++i) solids.push_back(random_solid(dice));
+    const double scale = dice.one_in(3) ? std::pow(10.0, dice.below(19) - 9) : 1.0;
+    const double offset = dice.one_in(3) ? scale * std::pow(10.0, dice.below(16)) : 0.0;
+    for (IndexedMesh& mesh : solids) mesh = moved(scaled(mesh, scale), {{offset, 0.0, -offset}});
+    double size = 0.0;
+    for (const IndexedMesh& mesh : solids)
+        for (const Vec3& p : mesh.vertices) size = std::max(size, norm(p - solids[0].vertices[0]));
+    // Rounding moves a corner by up to a unit in the last place of the largest coordinate,
+    // snapping by what the report says.
+    double unit = (size + std::sqrt(2.0) * offset) * 2.3e-16;
+    const BooleanFormula formula = random_formula(dice, n);
+    // f and g, f or g, f less g, g less f for two formulas that share operands
+    BooleanFormula whole = formula;
+    const auto f = static_cast<std::int32_t>(whole.instructions.size()) - 1;
+    const int g = dice.below(n);
+    const auto result = [&](bool is_intersection, bool not_f, bool not_g) {
+        BooleanFormula pair = formula;
+        pair.add(is_intersection, {{f, false, not_f}, {g, true, not_g}});
+        const MeshBooleanResult r = mesh_boolean(solids, pair);
+        expect_sound(r.mesh);
+        unit = std::max(unit, r.report.largest_snap);
+        EXPECT_EQ(r.operand.size(), r.mesh.faces.size());
+        EXPECT_EQ(r.source_face.size(), r.mesh.faces.size());
+        return volume(r.mesh);
+    };
+    try {
+        const double v_or = result(false, false, false);
+        const double v_and = result(true, false, false);
+        const double v_f = result(true, false, true);
+        const double v_g = result(true, true, false);
+        const double tolerance = 200.0 * size * size * unit;
+        EXPECT_NEAR(v_or, v_and + v_f + v_g, tolerance);
+        EXPECT_GE(v_and, -tolerance);
+        EXPECT_GE(v_f, -tolerance);
+        EXPECT_GE(v_g, -tolerance);
+    } catch (const Error& error) {
+        refused = true;
+        if (std::getenv("GENUS_VERBOSE"))
+            std::printf("seed %d scale %g offset %g: %s\n", seed, scale, offset, error.what());
+    }
+    return refused;
+}
+
 TEST(RandomFormulas, SoundAndAddingUp)
 {
     int refused = 0;
     const int n_rounds = rounds(300);
     for (int seed = first_seed(); seed < first_seed() + n_rounds; ++seed) {
-        SCOPED_TRACE("seed " + std::to_string(seed));
-        Dice dice(static_cast<std::uint32_t>(seed));
-        std::vector<IndexedMesh> solids;
-        const int n = 2 + dice.below(4);
-        for (int i = 0; i < n; ++i) solids.push_back(random_solid(dice));
-        const double scale = dice.one_in(3) ? std::pow(10.0, dice.below(19) - 9) : 1.0;
-        const double offset = dice.one_in(3) ? scale * std::pow(10.0, dice.below(16)) : 0.0;
-        for (IndexedMesh& mesh : solids)
-            mesh = moved(scaled(mesh, scale), {{offset, 0.0, -offset}});
-        double size = 0.0;
-        for (const IndexedMesh& mesh : solids)
-            for (const Vec3& p : mesh.vertices)
-                size = std::max(size, norm(p - solids[0].vertices[0]));
-        // Rounding moves a corner by up to a unit in the last place of the largest coordinate,
-        // snapping by what the report says.
-        double unit = (size + std::sqrt(2.0) * offset) * 2.3e-16;
-        const BooleanFormula formula = random_formula(dice, n);
-        // f and g, f or g, f less g, g less f for two formulas that share operands
-        BooleanFormula whole = formula;
-        const auto f = static_cast<std::int32_t>(whole.instructions.size()) - 1;
-        const int g = dice.below(n);
-        const auto result = [&](bool is_intersection, bool not_f, bool not_g) {
-            BooleanFormula pair = formula;
-            pair.add(is_intersection, {{f, false, not_f}, {g, true, not_g}});
-            const MeshBooleanResult r = mesh_boolean(solids, pair);
-            expect_sound(r.mesh);
-            unit = std::max(unit, r.report.largest_snap);
-            EXPECT_EQ(r.operand.size(), r.mesh.faces.size());
-            EXPECT_EQ(r.source_face.size(), r.mesh.faces.size());
-            return volume(r.mesh);
-        };
-        try {
-            const double v_or = result(false, false, false);
-            const double v_and = result(true, false, false);
-            const double v_f = result(true, false, true);
-            const double v_g = result(true, true, false);
-            const double tolerance = 200.0 * size * size * unit;
-            EXPECT_NEAR(v_or, v_and + v_f + v_g, tolerance);
-            EXPECT_GE(v_and, -tolerance);
-            EXPECT_GE(v_f, -tolerance);
-            EXPECT_GE(v_g, -tolerance);
-        } catch (const Error& error) {
-            ++refused;
-            if (std::getenv("GENUS_VERBOSE"))
-                std::printf("seed %d scale %g offset %g: %s\n", seed, scale, offset, error.what());
-        }
+        refused += try_formula(seed);
         if (::testing::Test::HasFailure()) return;
     }
     RecordProperty("refused", refused);
     std::printf("refused %d of %d\n", refused, n_rounds);
     EXPECT_LE(refused, n_rounds / 20);
+}
+
+TEST(RandomFormulas, CasesThatWereWrong)
+{
+    // 30162, 40480: thin parts that touch others were taken for doubled ones. 78908: a sliver that
+    // rounding turned inside out.
+    for (const int seed : {30162, 40480, 78908}) EXPECT_FALSE(try_formula(seed)) << seed;
 }
 
 }  // namespace
