@@ -274,6 +274,14 @@ class PolygonMesh:
     def dual(self) -> PolygonMesh: ...
     def halfedge(self) -> HalfedgeMesh: ...
     def winged_edge(self) -> WingedEdgeMesh: ...
+    def save(
+        self,
+        path: _Path,
+        *,
+        format: str | None = None,
+        ascii: bool = False,
+        progress: _Progress = None,
+    ) -> None: ...
 
 class Circulator:
     def __iter__(self) -> Circulator: ...
@@ -918,6 +926,9 @@ def subdivide(
 def load_patches(path: _Path) -> PatchModel: ...
 def mesh_formats() -> list[str]: ...
 def load(path: _Path, *, format: str | None = None, progress: _Progress = None) -> Mesh: ...
+def load_polygons(
+    path: _Path, *, format: str | None = None, progress: _Progress = None
+) -> PolygonMesh: ...
 def convert(
     source: _Path,
     target: _Path,
@@ -925,8 +936,14 @@ def convert(
     format: str | None = None,
     ascii: bool = False,
     scale: float = 1.0,
+    unit: str | None = None,
+    from_unit: str | None = None,
+    weld: float | None = None,
+    repair: bool = False,
+    check: bool = False,
+    stream: bool | None = None,
     progress: _Progress = None,
-) -> dict[str, int]: ...
+) -> dict[str, Any]: ...
 def run_scad(
     path_or_text: _Path,
     *,

@@ -17,9 +17,9 @@ namespace genus::io {
 
 namespace {
 
-constexpr std::size_t kHeaderBytes = 84;
-constexpr std::size_t kCountOffset = 80;
-constexpr std::size_t kTriangleBytes = 50;
+constexpr std::size_t kHeaderBytes = kStlHeaderBytes;
+constexpr std::size_t kCountOffset = kStlCountOffset;
+constexpr std::size_t kTriangleBytes = kStlTriangleBytes;
 constexpr std::size_t kNormalBytes = 12;
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;  // of text read by one thread at a time
 constexpr std::size_t kLookBytes = 1024;                   // of a file, to tell text from binary
@@ -287,28 +287,6 @@ Vec3 unit_normal(const Vec3& a, const Vec3& b, const Vec3& c)
     return length > 0.0 && std::isfinite(length) ? n * (1.0 / length) : Vec3{};
 }
 
-char* put_binary_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    const float corners[9] = {
-        static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2]),
-        static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2]),
-        static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
-    const auto side = [&](std::size_t from, std::size_t to) {
-        Vec3 d;
-        for (std::size_t k = 0; k < 3; ++k)
-            d[k] = static_cast<double>(corners[to + k]) - static_cast<double>(corners[from + k]);
-        return d;
-    };
-    // Neither a product nor a sum of products of floats leaves the range of doubles.
-    const Vec3 normal = cross(side(0, 3), side(0, 6));
-    const double square = dot(normal, normal);
-    const double scale = square > 0.0 ? 1.0 / std::sqrt(square) : 0.0;
-    for (std::size_t k = 0; k < 3; ++k)
-        p = store(p, static_cast<float>(normal[k] * scale), std::endian::little);
-    for (const float x : corners) p = store(p, x, std::endian::little);
-    return store(p, std::uint16_t{0}, std::endian::little);
-}
-
 void check_fits_floats(const std::vector<Vec3>& vertices, const std::string& name)
 {
     constexpr std::size_t grain = 65536;
@@ -326,14 +304,8 @@ void check_fits_floats(const std::vector<Vec3>& vertices, const std::string& nam
 void write_binary(Output& output, const IndexedMesh& mesh)
 {
     constexpr std::size_t grain = 4096;
-    constexpr std::string_view comment = "binary STL, written by genus";  // must not be "solid"
-    if (mesh.n_faces() > std::numeric_limits<std::uint32_t>::max())
-        throw FileError(output.name(), "binary STL cannot count so many triangles");
     check_fits_floats(mesh.vertices, output.name());
-    char header[kHeaderBytes] = {};
-    std::copy(comment.begin(), comment.end(), header);
-    store(header + kCountOffset, static_cast<std::uint32_t>(mesh.n_faces()), std::endian::little);
-    output.write(header);
+    begin_stl(output, mesh.n_faces(), false);
     const auto vertex = [&](std::int32_t v) -> const Vec3& {
         return mesh.vertices[static_cast<std::size_t>(v)];
     };
@@ -358,32 +330,74 @@ char* put_vector(char* p, const Vec3& v)
     return p;
 }
 
-char* put_ascii_facet(char* p, const IndexedMesh& mesh, const Triangle& face)
-{
-    const auto vertex = [&](std::size_t k) {
-        return mesh.vertices[static_cast<std::size_t>(face[k])];
-    };
-    p = put_text(p, "facet normal");
-    p = put_vector(p, unit_normal(vertex(0), vertex(1), vertex(2)));
-    p = put_text(p, " outer loop\n");
-    for (std::size_t k = 0; k < 3; ++k) p = put_vector(put_text(p, "  vertex"), vertex(k));
-    return put_text(p, " endloop\nendfacet\n");
-}
-
 void write_ascii(Output& output, const IndexedMesh& mesh)
 {
     constexpr std::size_t grain = 2048;
-    constexpr std::size_t most = 128 + 12 * (kNumberChars + 1);  // characters of a facet
-    output.write(std::string_view("solid genus\n"));
+    begin_stl(output, mesh.n_faces(), true);
+    const auto put = [&](char* p, const Triangle& face) {
+        const auto vertex = [&](std::size_t k) -> const Vec3& {
+            return mesh.vertices[static_cast<std::size_t>(face[k])];
+        };
+        return put_ascii_facet(p, vertex(0), vertex(1), vertex(2));
+    };
     write_records(output, mesh.n_faces(), grain,
                   [&](std::size_t begin, std::size_t end, TextBlock& block) {
                       for (std::size_t f = begin; f < end; ++f)
-                          block.advance_to(put_ascii_facet(block.room(most), mesh, mesh.faces[f]));
+                          block.advance_to(put(block.room(kAsciiFacetChars), mesh.faces[f]));
                   });
-    output.write(std::string_view("endsolid genus\n"));
+    end_stl(output, true);
 }
 
 }  // namespace
+
+void begin_stl(Output& output, std::size_t n_faces, bool ascii)
+{
+    if (ascii) return output.write(std::string_view("solid genus\n"));
+    constexpr std::string_view comment = "binary STL, written by genus";  // must not be "solid"
+    if (n_faces > std::numeric_limits<std::uint32_t>::max())
+        throw FileError(output.name(), "binary STL cannot count so many triangles");
+    char header[kHeaderBytes] = {};
+    std::copy(comment.begin(), comment.end(), header);
+    store(header + kCountOffset, static_cast<std::uint32_t>(n_faces), std::endian::little);
+    output.write(header);
+}
+
+char* put_binary_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const float corners[9] = {
+        static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2]),
+        static_cast<float>(b[0]), static_cast<float>(b[1]), static_cast<float>(b[2]),
+        static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
+    const auto side = [&](std::size_t from, std::size_t to) {
+        Vec3 d;
+        for (std::size_t k = 0; k < 3; ++k)
+            d[k] = static_cast<double>(corners[to + k]) - static_cast<double>(corners[from + k]);
+        return d;
+    };
+    // Neither a product nor a sum of products of floats leaves the range of doubles.
+    const Vec3 normal = cross(side(0, 3), side(0, 6));
+    const double square = dot(normal, normal);
+    const double scale = square > 0.0 ? 1.0 / std::sqrt(square) : 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+        p = store(p, static_cast<float>(normal[k] * scale), std::endian::little);
+    for (const float x : corners) p = store(p, x, std::endian::little);
+    return store(p, std::uint16_t{0}, std::endian::little);
+}
+
+char* put_ascii_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    static_assert(kAsciiFacetChars >= 128 + 12 * (kNumberChars + 1));
+    p = put_text(p, "facet normal");
+    p = put_vector(p, unit_normal(a, b, c));
+    p = put_text(p, " outer loop\n");
+    for (const Vec3* v : {&a, &b, &c}) p = put_vector(put_text(p, "  vertex"), *v);
+    return put_text(p, " endloop\nendfacet\n");
+}
+
+void end_stl(Output& output, bool ascii)
+{
+    if (ascii) output.write(std::string_view("endsolid genus\n"));
+}
 
 bool is_binary_stl_size(std::span<const std::byte> content)
 {

@@ -26,6 +26,18 @@ bool looks_like_ascii_stl(std::string_view text);
 /// The binary and ASCII forms are those of [burns1993], section 6.5.
 RawMesh read_stl(std::span<const std::byte> content, const std::string& name);
 
+constexpr std::size_t kStlHeaderBytes = 84;
+constexpr std::size_t kStlCountOffset = 80;
+constexpr std::size_t kStlTriangleBytes = 50;
+constexpr std::size_t kAsciiFacetChars = 128 + 12 * 33;
+
+/// A file in pieces: the part before the facets, one facet at p, of kStlTriangleBytes or at most
+/// kAsciiFacetChars, returning the place behind it, and the part behind them.
+void begin_stl(Output& output, std::size_t n_faces, bool ascii);
+char* put_binary_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c);
+char* put_ascii_facet(char* p, const Vec3& a, const Vec3& b, const Vec3& c);
+void end_stl(Output& output, bool ascii);
+
 /// Positions are rounded to floats in the binary form, kept in the ASCII form. Normals are those
 /// of the triangles as written, zero for a degenerate one. Throws FileError where a coordinate
 /// is too large for a float or there are more than 2^32 - 1 triangles.

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 MESH_FORMATS = tuple(mesh_formats())
+# Extensions of surface meshes that meshio reads and writes and core does not.
+FURTHER_FORMATS = ("vtk", "vtu", "mesh", "msh", "inp", "bdf", "nas", "su2", "xdmf", "avs", "tec")
 
 
 def positive(text: str) -> float:
