@@ -155,6 +155,43 @@ TEST(MeshBoolean, CoplanarCylindersAndATorus)
     EXPECT_EQ(parts_of(all), 1);
 }
 
+TEST(MeshBoolean, BallWithBoresARingAndCoplanarDiscs)
+{
+    // A ball of 100 by 50 facets less three cylinders of 100 sides along the axes; the same in a
+    // cube; and with a ring round its equator that bores cut, a hub and two discs whose flat sides
+    // all lie in the planes that touch the ring. The numbers are those of manifold3d 3.5.4, which
+    // is right here; CGAL's inexact kernel crashes on the second, geogram aborts on the third.
+    const IndexedMesh bore = prism(100, 3.0, 3.0, -12.0, 12.0);
+    std::vector<IndexedMesh> solids{sphere(50, 100, 10.0), bore, bore, bore,
+                                    box({{-7.5, -7.5, -7.5}}, {{7.5, 7.5, 7.5}})};
+    for (Vec3& p : solids[1].vertices) p = {{p[2], p[0], p[1]}};
+    for (Vec3& p : solids[2].vertices) p = {{p[1], p[2], p[0]}};
+    solids.push_back(torus(100, 48, 10.0, 1.0));
+    solids.push_back(prism(100, 4.0, 4.0, -1.0, 1.0));
+    for (const double x : {9.0, -9.0})
+        solids.push_back(moved(prism(100, 2.0, 2.0, -1.0, 1.0), {{x, 0, 0}}));
+
+    const auto expect = [](const IndexedMesh& mesh, std::int64_t genus, double v) {
+        expect_sound(mesh);
+        EXPECT_EQ(parts_of(mesh), 1);
+        EXPECT_EQ(genus_of(mesh), genus);
+        EXPECT_NEAR(volume(mesh), v, 1e-11);
+    };
+    const std::vector<IndexedMesh> bored(solids.begin(), solids.begin() + 4);
+    expect(genus::subtract(bored), 5, 2831.40392131613);
+    BooleanFormula in_cube = BooleanFormula::difference_of(4);
+    in_cube.instructions[0].terms.push_back({4, true, false});
+    const std::vector<IndexedMesh> cut(solids.begin(), solids.begin() + 5);
+    expect(mesh_boolean(cut, in_cube).mesh, 5, 2140.7977365016804);
+    BooleanFormula with_ring = BooleanFormula::difference_of(4);
+    with_ring.add(false, {{0, false, false},
+                          {5, true, false},
+                          {6, true, false},
+                          {7, true, false},
+                          {8, true, false}});
+    expect(mesh_boolean(solids, with_ring).mesh, 16, 3102.535152128766);
+}
+
 TEST(MeshBoolean, MengerSponge)
 {
     // Of depth n: volume (20 / 27)^n; 20 handles-to-be a level: genus 5, 81, 1409.
