@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
@@ -512,6 +513,7 @@ public:
             layout.bound = error_of(layout.triangles, inside_);
             if (layout.bound <= tolerance_) return layout;
         }
+        if (const auto layout = lens(d)) return *layout;
         return with_ring(d);
     }
 
@@ -550,6 +552,44 @@ private:
             throw ToleranceNotMet("tessellate: tolerance " + to_text(tolerance_) +
                                       " needs more triangles than allowed",
                                   tolerance_, std::numeric_limits<double>::infinity(), {});
+    }
+
+    // A patch between two curves with the same ends: its other edges have shrunk to a point each.
+    // In rows from curve to curve, with the points of the curves for ends, it does not fold where
+    // the curves meet at a small angle, as a ring beside a coarser curve might.
+    std::optional<Layout> lens(Density d) const
+    {
+        if (triangle_) return std::nullopt;
+        for (std::size_t along = 0; along < 2; ++along) {
+            const auto shrunk = [&](std::size_t k) {
+                return edges_[k].places.front().vertex == edges_[k].places.back().vertex;
+            };
+            const std::size_t rows = edges_[along].places.size() - 1;
+            if (!shrunk(1 - along) || !shrunk(3 - along) ||
+                edges_[along + 2].places.size() != rows + 1)
+                continue;
+            int& cells = along == 0 ? d.u : d.v;
+            int& across = along == 0 ? d.v : d.u;
+            cells = static_cast<int>(rows);
+            across = 1;
+            const auto error = [&] { return inside_.error(1.0 / d.u, 1.0 / d.v); };
+            while (error() > tolerance_ && across < kMaxSegments) across *= 2;
+            if (error() > tolerance_) continue;
+            check_size(d);
+            std::vector<PatchEdge> edges = edges_;
+            for (const std::size_t k : {1 - along, 3 - along}) {
+                const std::int32_t vertex = edges[k].places.front().vertex;
+                edges[k].places.clear();
+                for (int s = 0; s <= across; ++s)
+                    edges[k].places.push_back(
+                        {TensorPatch::on_edge(static_cast<int>(k), static_cast<double>(s) / across),
+                         vertex});
+            }
+            Layout layout = regular_layout(false, d.u, d.v, edges);
+            layout.bound = error_of(layout.triangles, inside_);
+            if (layout.bound <= tolerance_) return layout;
+        }
+        return std::nullopt;
     }
 
     Layout with_ring(Density d) const
