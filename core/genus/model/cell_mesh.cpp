@@ -540,7 +540,30 @@ private:
             if (!m_.forms_[s].is_plane() &&
                 bends_too_much(m_.forms_[s], p, demands.max_error, cosine))
                 return true;
+        for (const std::int32_t s : f.surfaces())
+            for (const std::int32_t t : f.surfaces())
+                if (s < t && touch_too_far(m_.forms_[s], m_.forms_[t], p, demands.touch))
+                    return true;
         return false;
+    }
+
+    // True if the normals of two surfaces agree somewhere in the cell, up to their sign, and yet
+    // the surfaces, as linear functions of equal slope, differ by more than `most`.
+    static bool touch_too_far(const SurfaceForm& a, const SurfaceForm& b,
+                              const std::array<Vec3, 4>& p, double most)
+    {
+        const Vec3 c = 0.25 * (p[0] + p[1] + p[2] + p[3]);
+        const Vec3 ga = a.gradient(c), gb = b.gradient(c);
+        const double na = norm(ga), nb = norm(gb);
+        if (!(na > 0.0) || !(nb > 0.0)) return false;
+        const double turn = dot(ga, gb) < 0.0 ? -1.0 : 1.0;
+        double vary = 0.0, far = 0.0;
+        for (const Vec3& v : p) {
+            vary =
+                std::max(vary, norm((a.gradient(v) - ga) / na) + norm((b.gradient(v) - gb) / nb));
+            far = std::max(far, std::fabs(a.value(v) / na - turn * b.value(v) / nb));
+        }
+        return far > most && norm(ga / na - turn * gb / nb) <= vary;
     }
 
     static bool bends_too_much(const SurfaceForm& form, const std::array<Vec3, 4>& p,

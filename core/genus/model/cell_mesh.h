@@ -32,6 +32,9 @@ struct CellDemands {
     /// Cosine of the largest angle between a normal in a cell and the mean normal, for cells with
     /// one surface and for cells with several.
     double min_cosine = 0.92, min_cosine_several = 0.98;
+    /// In cells where two surfaces may touch, how far these may be from each other: their curve
+    /// can take any course there.
+    double touch = 0.0;
     /// Cells are not cut below this size, whatever else is asked.
     double min_size = 0.0;
     /// Places where curved cells, and cells with several surfaces, must not be larger than this;

@@ -90,7 +90,7 @@ public:
         return result;
     }
 
-    void report(Certificate& c) const
+    void report(Certificate& c, bool strict) const
     {
         for (std::size_t v = 0; v < offset_.size(); ++v) {
             const double length = norm(direction_[v]);
@@ -108,7 +108,8 @@ public:
                 for (const std::int32_t v : m_.mesh.faces[f]) good[v] = 1;
         for (std::size_t f = 0; f < open_.size(); ++f) {
             const auto face = static_cast<std::int32_t>(f);
-            if (open_[f] == 0 ? reach(face) <= tolerance_ : vouched_for(face, good, c.bound))
+            if (open_[f] == 0 ? reach(face) <= tolerance_
+                              : !strict && vouched_for(face, good, c.bound))
                 continue;
             ++c.n_failed;
             c.failed_faces.push_back(face);
@@ -416,14 +417,17 @@ private:
 class Search {
 public:
     /// `open`: boxes of those faces of the outer and inner mesh that no way may come near.
+    /// `strict`: being near the mesh is not enough.
     Search(const IndexedMesh& mesh, const IndexedMesh& outer, const IndexedMesh& inner,
-           std::span<const Box3> open, const std::vector<SurfaceForm>& forms, double tolerance)
+           std::span<const Box3> open, const std::vector<SurfaceForm>& forms, double tolerance,
+           bool strict)
         : mesh_(mesh),
           outer_(outer),
           inner_(inner),
           open_(open),
           forms_(forms),
-          tolerance_(tolerance)
+          tolerance_(tolerance),
+          strict_(strict)
     {
     }
 
@@ -497,8 +501,9 @@ private:
         if (radius <= 0.5 * tolerance_) {
             // Nearness counts towards the bound, so it should not be had too cheaply.
             const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
-            if (d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
+            if (!strict_ && d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
                 return {Outcome::Done, d};
+            if (strict_ && radius <= kSmallBox * tolerance_) return {Outcome::Failed};
             if (radius <= kSmallestBox * tolerance_) return {Outcome::Failed};
         }
         return {ways.found && far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
@@ -613,6 +618,7 @@ private:
     BoxTree open_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
+    bool strict_;
     double enough_ = 0.0;
     double nearness_ = 0.0;
 };
@@ -620,16 +626,19 @@ private:
 }  // namespace
 
 Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
-                    const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance)
+                    const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance,
+                    Sandwich* sandwich)
 {
     Certificate c;
     Shell shell(mesh, formula, forms, tolerance);
     shell.grow();
-    shell.report(c);
+    shell.report(c, sandwich != nullptr);
     if (c.n_failed > 0) return c;
-    const IndexedMesh outer = shell.moved(0), inner = shell.moved(1);
-    Search search(mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance);
+    IndexedMesh outer = shell.moved(0), inner = shell.moved(1);
+    Search search(mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance,
+                  sandwich != nullptr);
     search.run(cube, formula, c);
+    if (sandwich) *sandwich = {std::move(outer), std::move(inner)};
     return c;
 }
 

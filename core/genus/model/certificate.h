@@ -28,6 +28,11 @@ struct Certificate {
     std::int64_t n_boxes = 0;
 };
 
+/// The meshes M+ and M- of a certificate that succeeded, with the numbering of the mesh itself.
+struct Sandwich {
+    IndexedMesh outer, inner;
+};
+
 /// Bounds the two-sided distance between a closed mesh and the surface S of the solid {F <= 0}.
 ///
 /// Each vertex p_v gets a direction d_v along which all surface functions that meet near it grow,
@@ -59,7 +64,11 @@ struct Certificate {
 ///
 /// `tolerance` is the largest bound of interest: where more is needed the proof fails. `cube` must
 /// hold the solid and be the box the forms were made for.
+///
+/// With `sandwich` all faces must have signs and all boxes ways, however small they are, so that
+/// all of S is shown to lie between M- and M+; these are then handed out.
 Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
-                    const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance);
+                    const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance,
+                    Sandwich* sandwich = nullptr);
 
 }  // namespace genus

@@ -12,6 +12,9 @@
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
 #include "genus/model/deviation.h"
+#include "genus/model/fibres.h"
+#include "genus/model/fine_certificate.h"
+#include "genus/model/fine_mesh.h"
 #include "genus/model/freeform_mesh.h"
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
@@ -33,6 +36,12 @@ constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
 constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
+// The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
+// be beside the tolerance asked for.
+constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 8.0;
+constexpr int kSettleRounds = 2;
+constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
+constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 
 // Adds the seconds since construction, or since the last call, to a named stage.
@@ -80,6 +89,7 @@ public:
         CellDemands demands;
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
+        demands.touch = kTouch * result_.tolerance;
         std::size_t work = 0, budget = 0;
         for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / kMaxAttempts);
@@ -112,6 +122,7 @@ private:
         coarsen(rough, forms_);
         surface = rough.release();
         settle(surface, forms_);
+        if (cut_within_sandwich(surface)) return true;
         std::vector<double> factors;
         double failed_before = kInfinity;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
@@ -142,6 +153,49 @@ private:
                 if (again[v] != 0) factors[v] *= kTighter;
         }
         return false;
+    }
+
+    // The short way to a tolerance far below the size of the features: a certificate for a mesh
+    // much coarser, within which a mesh is then cut finely. Where that fails, `surface` is as
+    // before.
+    bool cut_within_sandwich(SurfaceMesh& surface)
+    {
+        const double width = kSandwichWidth * cube_.diagonal();
+        if (!(width >= kLeastSandwich * result_.tolerance)) return false;
+        SurfaceMesh coarse = surface;
+        make_coarse(coarse, width);
+        clock_.end("refine");
+        Sandwich sandwich;
+        const Certificate proof = certify(coarse, formula_, forms_, cube_, width, &sandwich);
+        const bool sound =
+            proof.n_failed == 0 && doubtful_prisms(coarse, sandwich, formula_, forms_).empty();
+        clock_.end("certify");
+        if (!sound) return false;
+        auto fine = cut_finely(coarse, forms_, result_.tolerance, options_.max_triangles);
+        clock_.end("refine");
+        if (!fine) return false;
+        const auto c = certify_within(sandwich, coarse, *fine, formula_, forms_, result_.tolerance);
+        clock_.end("certify");
+        if (!c || !passes(fine->surface, *c)) return false;
+        surface = std::move(fine->surface);
+        return true;
+    }
+
+    // All vertices on their surfaces, and curves flat beside the faces along them.
+    void make_coarse(SurfaceMesh& coarse, double width) const
+    {
+        FlexibleMesh mesh(std::move(coarse));
+        for (int round = 0; round < kSettleRounds; ++round) {
+            coarsen(mesh, forms_);
+            coarse = mesh.release();
+            settle(coarse, forms_);
+            mesh = FlexibleMesh(std::move(coarse));
+            drop_unsettled(mesh, forms_, kUnsettled * result_.tolerance);
+        }
+        std::vector<double> factors;
+        subdivide(mesh, forms_, kEdgeShare * width, factors, options_.max_triangles,
+                  {kCreaseShare, kFlatCrease * result_.tolerance});
+        coarse = mesh.release();
     }
 
     bool passes(const SurfaceMesh& mesh, const Certificate& c)

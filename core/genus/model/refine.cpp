@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <queue>
 
@@ -237,6 +238,30 @@ public:
         return true;
     }
 
+    // Removes the vertex into that neighbour which leaves the best shapes, none of them turned.
+    bool try_drop(std::int32_t v)
+    {
+        double best = 0.0;
+        std::int32_t chosen = -1;
+        m_.visit_ring(v, [&](std::int32_t s) {
+            if (!kind_allows(s) || !m_.can_collapse(s)) return;
+            const std::int32_t b = m_.to(s);
+            double worst = 1.0;
+            m_.visit_ring(v, [&](std::int32_t x) {
+                if (m_.to(x) == b || m_.apex(x) == b) return;
+                const Shape now =
+                    shape(m_.point(b), m_.point(m_.to(x)), m_.point(m_.apex(x)), m_.label(x));
+                worst = std::min(worst, now.faces_right ? now.height_ratio : 0.0);
+            });
+            if (worst <= best) return;
+            best = worst;
+            chosen = s;
+        });
+        if (chosen < 0) return false;
+        m_.collapse(chosen);
+        return true;
+    }
+
     // Flips an edge inside a face if the worse of its two triangles gets better by it.
     bool try_flip(std::int32_t s, double gain)
     {
@@ -278,8 +303,8 @@ std::vector<std::int32_t> short_edges(const FlexibleMesh& m, const Shaper& shape
 class Subdivider : Shaper {
 public:
     Subdivider(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error,
-               std::vector<double>& factors)
-        : Shaper(mesh, forms), max_error_(max_error), factors_(factors)
+               std::vector<double>& factors, const CreaseDemand& creases)
+        : Shaper(mesh, forms), max_error_(max_error), factors_(factors), creases_(creases)
     {
         factors_.resize(mesh.n_vertices(), 1.0);
         spread_.resize(mesh.n_vertices(), 1.0);
@@ -405,6 +430,7 @@ private:
     double error_of(std::int32_t s) const
     {
         const double distance = distance_of_middle(s);
+        if (const double bulge = bulge_of(s, distance); bulge > max_error_) return bulge;
         if (!(distance > 0.1 * max_error_)) return distance;
         const std::array<std::int32_t, 4> v{m_.from(s), m_.to(s), m_.apex(s), m_.apex(m_.twin(s))};
         double spread = 1.0, factor = 1.0;
@@ -413,6 +439,31 @@ private:
             factor = std::min(factor, factors_[x]);
         }
         return distance * spread / factor;
+    }
+
+    double distance_from_surfaces(std::int32_t s) const
+    {
+        const Vec3 middle = 0.5 * (m_.point(m_.from(s)) + m_.point(m_.to(s)));
+        double most = 0.0;
+        for (const std::int32_t i : carriers(s))
+            if (i >= 0)
+                most = std::max(
+                    most, std::fabs(forms_[i].value(middle)) / norm(forms_[i].gradient(middle)));
+        return most;
+    }
+
+    // The sagitta of a curve beside what is allowed for its faces, in units of `max_error_`.
+    double bulge_of(std::int32_t s, double sagitta) const
+    {
+        if (creases_.crease_share == CreaseDemand::kNone || !m_.is_crease(s) ||
+            distance_from_surfaces(s) <= creases_.flat_enough)
+            return 0.0;
+        const Vec3 &a = m_.point(m_.from(s)), &b = m_.point(m_.to(s));
+        double height = std::numeric_limits<double>::infinity();
+        for (const std::int32_t side : {s, m_.twin(s)})
+            height = std::min(height, norm(cross(b - a, m_.point(m_.apex(side)) - a)));
+        height /= distance(a, b);
+        return max_error_ * sagitta / (creases_.crease_share * height);
     }
 
     void push(std::int32_t s)
@@ -468,6 +519,7 @@ private:
 
     double max_error_;
     std::vector<double>& factors_;
+    CreaseDemand creases_;
     std::vector<double> spread_;
     std::priority_queue<Entry> queue_;
     double expected_ = 0.0;  // sum over edges queued of error beside the one asked for
@@ -495,11 +547,27 @@ void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
     }
 }
 
+std::int64_t drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double far)
+{
+    Shaper shaper(mesh, forms);
+    std::int64_t left = 0;
+    for (std::int32_t v = 0; v < static_cast<std::int32_t>(mesh.n_vertices()); ++v) {
+        if (!mesh.exists(v)) continue;
+        double most = 0.0;
+        for (const std::int32_t s : mesh.surfaces(v))
+            if (s >= 0)
+                most = std::max(most, std::fabs(forms[s].value(mesh.point(v))) /
+                                          norm(forms[s].gradient(mesh.point(v))));
+        if (most > far && !shaper.try_drop(v)) ++left;
+    }
+    return left;
+}
+
 std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
                             double max_error, std::vector<double>& factors,
-                            std::int64_t max_triangles)
+                            std::int64_t max_triangles, const CreaseDemand& creases)
 {
-    return Subdivider(mesh, forms, max_error, factors).run(max_triangles);
+    return Subdivider(mesh, forms, max_error, factors, creases).run(max_triangles);
 }
 
 }  // namespace genus

@@ -24,14 +24,26 @@ std::int64_t settle(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms);
 /// better shapes. Cells cut surfaces anyhow, so without this a mesh is full of slivers.
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms);
 
+/// Collapses vertices that are farther than `far` from a surface they stand on into a neighbour.
+/// Returns the number of those that fit nowhere.
+std::int64_t drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double far);
+
 /// Halves edges at exact points until the middle of none is farther than `max_error` from its
 /// surface or curve, or than `max_error` times the least factor of its ends where `factors` (one a
 /// vertex, extended for new ones) says so; where surfaces meet at an angle, nearer, so that the
 /// offset the certificate needs there stays alike. Returns the places where the new point did not
 /// fit in, because the mesh there is too coarse for the shape. Throws ToleranceNotMet beyond
 /// `max_triangles`.
+///
+/// Curves may be asked to be flat beside the faces along them: an edge on a curve is also halved
+/// until its sagitta is at most `crease_share` of the heights of its two faces, or below
+/// `flat_enough`.
+struct CreaseDemand {
+    double crease_share = kNone, flat_enough = 0.0;
+    static constexpr double kNone = 0.0;
+};
 std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
                             double max_error, std::vector<double>& factors,
-                            std::int64_t max_triangles);
+                            std::int64_t max_triangles, const CreaseDemand& creases = {});
 
 }  // namespace genus

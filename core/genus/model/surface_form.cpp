@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "genus/base/error.h"
+
 namespace genus {
 
 namespace {
@@ -215,7 +217,8 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         const double slope_s = magnitude_of_slope(s_, m)[i];
         const double slope_t = magnitude_of_slope(t_, m)[i];
         gradient_slack_ =
-            std::max(gradient_slack_, 64.0 * kEps * scale_ * (2.0 * ms * slope_s + slope_t));
+            std::max({gradient_slack_, 64.0 * kEps * scale_ * (2.0 * ms * slope_s + slope_t),
+                      64.0 * kEps * magnitude_of_slope(q_, m)[i]});
     }
 }
 
@@ -266,6 +269,75 @@ Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
     }
     if (kind_ == Surface::Kind::Quadric) return hull_of(coefficients<4>(q_, p), 1.0, slack_);
     return hull_of(torus_coefficients<4>(s_, t_, p), scale_, slack_);
+}
+
+Interval SurfaceForm::range(std::span<const Vec3> hull) const
+{
+    if (kind_ == Surface::Kind::Torus) {
+        Box3 box;
+        for (const Vec3& p : hull) box.add(p);
+        return range(box);
+    }
+    // A quadratic form at a mean of points is the same mean of its polar form at their pairs.
+    std::array<double, 8> value{};
+    require(hull.size() <= value.size(), "range: at most eight points");
+    double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+    const auto add = [&](double x) {
+        lo = std::min(lo, x);
+        hi = std::max(hi, x);
+    };
+    for (std::size_t i = 0; i < hull.size(); ++i) add(value[i] = evaluate(q_, hull[i] - origin_));
+    if (!is_plane())
+        for (std::size_t i = 0; i < hull.size(); ++i)
+            for (std::size_t j = i + 1; j < hull.size(); ++j)
+                add(2.0 * evaluate(q_, 0.5 * (hull[i] + hull[j]) - origin_) -
+                    0.5 * (value[i] + value[j]));
+    return {lo - slack_, hi + slack_};
+}
+
+double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& direction,
+                                double sign) const
+{
+    const double margin = 2.0 * gradient_slack_ * norm(direction);
+    if (kind_ == Surface::Kind::Torus) {
+        Box3 box;
+        for (const Vec3& p : hull) box.add(p);
+        const IntervalVec3 g = gradient_range(box);
+        const Interval slope = (g[0] * direction[0] + g[1] * direction[1] + g[2] * direction[2]);
+        return (slope * sign).lo - margin;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : hull) least = std::min(least, sign * dot(gradient(p), direction));
+    return least - margin;
+}
+
+std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& direction) const
+{
+    double t = 0.0;
+    if (kind_ != Surface::Kind::Torus) {
+        // F(p + t d) = f + g t + h t^2; the root nearest to 0 without cancellation.
+        Quadratic second = q_;
+        std::fill(second.begin(), second.begin() + 4, 0.0);
+        const double f = value(p), g = dot(gradient(p), direction);
+        const double h = evaluate(second, direction);
+        const double discriminant = g * g - 4.0 * f * h;
+        if (!(discriminant >= 0.0)) return std::nullopt;
+        const double sum = g + std::copysign(std::sqrt(discriminant), g);
+        if (sum == 0.0) return std::nullopt;
+        t = -2.0 * f / sum;
+    }
+    // The closed form is polished; a torus is all Newton.
+    const int steps = kind_ == Surface::Kind::Torus ? 20 : 2;
+    for (int step = 0; step < steps; ++step) {
+        const Vec3 at = p + t * direction;
+        const double f = value(at);
+        if (std::fabs(f) <= 0.0625 * slack_) return t;
+        const double move = f / dot(gradient(at), direction);
+        if (!std::isfinite(move)) return std::nullopt;
+        t -= move;
+    }
+    if (!(std::fabs(value(p + t * direction)) <= slack_)) return std::nullopt;
+    return t;
 }
 
 Interval SurfaceForm::range(const Box3& box) const

@@ -30,6 +30,13 @@ public:
     /// Holds F over the convex hull of three or four points.
     Interval range(const std::array<Vec3, 3>& triangle) const;
     Interval range(const std::array<Vec3, 4>& tet) const;
+    /// Holds F over the convex hull of any points.
+    Interval range(std::span<const Vec3> hull) const;
+    /// A lower bound, rounding covered, of the rate at which F grows along `direction` at points
+    /// of the convex hull, times `sign`.
+    double least_slope(std::span<const Vec3> hull, const Vec3& direction, double sign) const;
+    /// The t nearest to 0 with F(p + t direction) = 0 to rounding, if there is one.
+    std::optional<double> root_along(const Vec3& p, const Vec3& direction) const;
     /// Holds F and its gradient over a box.
     Interval range(const Box3& box) const;
     IntervalVec3 gradient_range(const Box3& box) const;
@@ -48,7 +55,7 @@ private:
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
-    double gradient_slack_ = 0.0;  // of each component, torus only
+    double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
 };
 
 /// The shortest d with normal_i . d >= demand_i for all i, or nothing if there is none (or none

@@ -1,0 +1,104 @@
+#include "genus/model/fibres.h"
+
+#include <array>
+
+#include "genus/base/parallel.h"
+
+namespace genus {
+
+namespace {
+
+constexpr int kDeepest = 5;
+
+struct Prism {
+    std::array<Vec3, 6> corners;  // three of M-, then three of M+
+
+    Vec3 fibre(std::size_t i) const { return corners[i + 3] - corners[i]; }
+    std::array<Prism, 4> quarters() const
+    {
+        std::array<std::array<Vec3, 3>, 2> middle;  // opposite the corners
+        for (std::size_t side = 0; side < 2; ++side)
+            for (std::size_t i = 0; i < 3; ++i)
+                middle[side][i] =
+                    0.5 * (corners[3 * side + (i + 1) % 3] + corners[3 * side + (i + 2) % 3]);
+        std::array<Prism, 4> parts;
+        for (std::size_t side = 0; side < 2; ++side) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                parts[k].corners[3 * side] = corners[3 * side + k];
+                parts[k].corners[3 * side + 1] = middle[side][(k + 2) % 3];
+                parts[k].corners[3 * side + 2] = middle[side][(k + 1) % 3];
+            }
+            for (std::size_t i = 0; i < 3; ++i) parts[3].corners[3 * side + i] = middle[side][i];
+        }
+        return parts;
+    }
+};
+
+class PrismCheck {
+public:
+    explicit PrismCheck(const std::vector<SurfaceForm>& forms)
+        : forms_(forms), signs_(forms.size(), Sign{0})
+    {
+    }
+
+    bool left_once(const Prism& prism, const SignFormula& formula, int depth)
+    {
+        for (const std::int32_t s : formula.surfaces()) {
+            const Interval range = forms_[s].range(std::span<const Vec3>(prism.corners));
+            signs_[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        }
+        const SignFormula here = formula.simplified(signs_);
+        if (here.constant() != 0) return false;
+        if (all_grow(prism, here)) return true;
+        if (depth == kDeepest) return false;
+        for (const Prism& part : prism.quarters())
+            if (!left_once(part, here, depth + 1)) return false;
+        return true;
+    }
+
+private:
+    bool all_grow(const Prism& prism, const SignFormula& f) const
+    {
+        for (std::size_t n = 0; n < f.surfaces().size(); ++n) {
+            const SignFormula::Use use = f.uses()[n];
+            if (use.plain == use.negated) return false;
+            const SurfaceForm& form = forms_[f.surfaces()[n]];
+            for (std::size_t i = 0; i < 3; ++i)
+                if (!(form.least_slope(prism.corners, prism.fibre(i), use.plain ? 1.0 : -1.0) >
+                      0.0))
+                    return false;
+        }
+        return true;
+    }
+
+    const std::vector<SurfaceForm>& forms_;
+    std::vector<Sign> signs_;
+};
+
+}  // namespace
+
+std::vector<std::int32_t> doubtful_prisms(const SurfaceMesh& mesh, const Sandwich& sandwich,
+                                          const SignFormula& formula,
+                                          const std::vector<SurfaceForm>& forms)
+{
+    const std::size_t n = mesh.mesh.n_faces();
+    std::vector<char> doubtful(n, 0);
+    parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
+        PrismCheck check(forms);
+        for (std::size_t f = begin; f < end; ++f) {
+            Prism prism;
+            for (std::size_t i = 0; i < 3; ++i) {
+                const std::int32_t v = mesh.mesh.faces[f][i];
+                prism.corners[i] = sandwich.inner.vertices[v];
+                prism.corners[i + 3] = sandwich.outer.vertices[v];
+            }
+            doubtful[f] = check.left_once(prism, formula, 0) ? 0 : 1;
+        }
+    });
+    std::vector<std::int32_t> found;
+    for (std::size_t f = 0; f < n; ++f)
+        if (doubtful[f] != 0) found.push_back(static_cast<std::int32_t>(f));
+    return found;
+}
+
+}  // namespace genus

@@ -1,0 +1,242 @@
+#include "genus/model/fine_certificate.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+
+#include "genus/base/parallel.h"
+#include "genus/base/predicates.h"
+#include "genus/base/progress.h"
+#include "genus/mesh/aabb_tree.h"
+
+namespace genus {
+
+namespace {
+
+constexpr int kMaxRounds = 16;
+constexpr double kGrowth = 1.25, kFirstStep = 0.125;
+
+// The meshes N+ and N-.
+class Offsets {
+public:
+    Offsets(const FineMesh& fine, const SignFormula& formula, const std::vector<SurfaceForm>& forms,
+            double tolerance)
+        : fine_(fine), m_(fine.surface), formula_(formula), forms_(forms), tolerance_(tolerance)
+    {
+        offset_.assign(m_.mesh.n_vertices(), {0.0, 0.0});
+        rounding_.assign(m_.mesh.n_vertices(), 0.0);
+        first_offsets();
+    }
+
+    // True once all faces have their signs.
+    bool grow()
+    {
+        const std::size_t n = m_.mesh.n_faces();
+        std::vector<char> open(n, 3), moved(m_.mesh.n_vertices(), 1);
+        for (int round = 0; round < kMaxRounds; ++round) {
+            current_progress().check();
+            if (!check_faces(moved, open)) return true;
+            std::fill(moved.begin(), moved.end(), 0);
+            bool any = false;
+            for (std::size_t f = 0; f < n; ++f) {
+                if (open[f] == 0) continue;
+                for (const std::int32_t v : m_.mesh.faces[f]) moved[v] |= open[f];
+            }
+            for (std::size_t v = 0; v < moved.size(); ++v)
+                if (moved[v] != 0) any = widen(v, moved[v]) || any;
+            if (!any) return false;
+        }
+        return false;
+    }
+
+    void report(Certificate& c) const
+    {
+        for (std::size_t v = 0; v < offset_.size(); ++v) {
+            const double length = norm(fine_.direction[v]);
+            const double share = std::max(offset_[v][0], offset_[v][1]) * length;
+            c.bound = std::max(c.bound, share);
+            double& part = m_.surfaces_of_vertex[v][1] >= 0 ? c.creases : c.faces;
+            part = std::max(part, share);
+            c.rounding = std::max(c.rounding, rounding_[v] * length);
+        }
+    }
+
+    IndexedMesh mesh(int side) const
+    {
+        IndexedMesh result = m_.mesh;
+        for (std::size_t v = 0; v < result.n_vertices(); ++v)
+            result.vertices[v] = corner(static_cast<std::int32_t>(v), side);
+        return result;
+    }
+
+private:
+    Vec3 corner(std::int32_t v, int side) const
+    {
+        const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
+        return m_.mesh.vertices[v] + step * fine_.direction[v];
+    }
+
+    double rounding_at(std::size_t v) const
+    {
+        double most = 0.0;
+        for (const std::int32_t s : m_.surfaces_of_vertex[v])
+            if (s >= 0)
+                most = std::max(
+                    most, 4.0 * forms_[s].slack() / norm(forms_[s].gradient(m_.mesh.vertices[v])));
+        return most;
+    }
+
+    void first_offsets()
+    {
+        const std::size_t n = m_.mesh.n_faces();
+        parallel_for(m_.mesh.n_vertices(), 2048, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v) rounding_[v] = rounding_at(v);
+        });
+        for (std::size_t f = 0; f < n; ++f)
+            for (const std::int32_t v : m_.mesh.faces[f])
+                for (const std::size_t side : {0u, 1u})
+                    offset_[v][side] =
+                        std::max(offset_[v][side], 1.01 * fine_.distance[f][side] + rounding_[v]);
+        for (std::size_t v = 0; v < offset_.size(); ++v) {
+            const double most = tolerance_ / norm(fine_.direction[v]);
+            for (double& a : offset_[v]) a = std::min(a, most);
+        }
+    }
+
+    bool widen(std::size_t v, int sides)
+    {
+        bool changed = false;
+        const double most = tolerance_ / norm(fine_.direction[v]);
+        for (const std::size_t side : {0u, 1u}) {
+            double& a = offset_[v][side];
+            if ((sides >> side & 1) == 0 || a >= most) continue;
+            a = std::min(most, std::max(kGrowth * a + rounding_[v], kFirstStep * most));
+            changed = true;
+        }
+        return changed;
+    }
+
+    // Looks at faces with a moved corner. True if some have a side without signs.
+    bool check_faces(const std::vector<char>& moved, std::vector<char>& open) const
+    {
+        const std::size_t n = fine_.first_face.size() - 1;
+        std::atomic<bool> any{false};
+        parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+            std::vector<Sign> signs(forms_.size(), Sign{0});
+            for (std::size_t part = begin; part < end; ++part) {
+                const SignFormula near = formula_near(part, signs);
+                for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f) {
+                    const Triangle& t = m_.mesh.faces[f];
+                    if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
+                    open[f] = 0;
+                    for (const int side : {0, 1})
+                        if (sign_of(t, side, near, signs) != (side == 0 ? 1 : -1))
+                            open[f] = static_cast<char>(open[f] | 1 << side);
+                    if (open[f] != 0) any = true;
+                }
+            }
+        });
+        return any;
+    }
+
+    // The formula for the faces of one face of the coarse mesh, moved as far as they may be.
+    SignFormula formula_near(std::size_t part, std::vector<Sign>& signs) const
+    {
+        Box3 box;
+        for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f)
+            for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
+        box = box.inflated(1.01 * tolerance_);
+        for (const std::int32_t s : formula_.surfaces()) {
+            const Interval range = forms_[s].range(box);
+            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        }
+        return formula_.simplified(signs);
+    }
+
+    Sign sign_of(const Triangle& t, int side, const SignFormula& near,
+                 std::vector<Sign>& signs) const
+    {
+        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
+        for (const std::int32_t s : near.surfaces()) {
+            const Interval range = forms_[s].range(p);
+            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        }
+        return near.sign_by_cases(signs);
+    }
+
+    const FineMesh& fine_;
+    const SurfaceMesh& m_;
+    const SignFormula& formula_;
+    const std::vector<SurfaceForm>& forms_;
+    double tolerance_;
+    std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
+    std::vector<double> rounding_;
+};
+
+// A vertex of each component.
+std::vector<std::int32_t> one_of_each(const IndexedMesh& mesh)
+{
+    std::vector<std::int32_t> root(mesh.n_vertices());
+    std::iota(root.begin(), root.end(), 0);
+    const auto find = [&](std::int32_t v) {
+        while (root[v] != v) v = root[v] = root[root[v]];
+        return v;
+    };
+    std::vector<char> used(mesh.n_vertices(), 0);
+    for (const Triangle& t : mesh.faces)
+        for (std::size_t i = 0; i < 3; ++i) {
+            used[t[i]] = 1;
+            const std::int32_t a = find(t[i]), b = find(t[(i + 1) % 3]);
+            root[std::max(a, b)] = std::min(a, b);
+        }
+    std::vector<std::int32_t> found;
+    for (std::size_t v = 0; v < root.size(); ++v)
+        if (used[v] != 0 && root[v] == static_cast<std::int32_t>(v)) found.push_back(root[v]);
+    return found;
+}
+
+// How often the mesh winds round p: faces left less faces entered on the way along x.
+int winding_number(const IndexedMesh& mesh, const Vec3& p)
+{
+    IndexedMesh ahead;  // those the way may meet
+    ahead.vertices = mesh.vertices;
+    for (const Triangle& t : mesh.faces) {
+        Box3 box;
+        for (const std::int32_t v : t) box.add(mesh.vertices[v]);
+        if (box.max[0] >= p[0] && box.min[1] <= p[1] && p[1] <= box.max[1] && box.min[2] <= p[2] &&
+            p[2] <= box.max[2])
+            ahead.faces.push_back(t);
+    }
+    int number = 0;
+    const MeshTree tree(ahead);
+    for (const RayHit& hit : tree.ray_hits(p, {{1.0, 0.0, 0.0}})) {
+        const Triangle& t = ahead.faces[hit.face];
+        const auto flat = [&](std::int32_t v) {
+            return Vec2{{mesh.vertices[v][1], mesh.vertices[v][2]}};
+        };
+        number += orient2d(flat(t[0]), flat(t[1]), flat(t[2]));
+    }
+    return number;
+}
+
+}  // namespace
+
+std::optional<Certificate> certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
+                                          const FineMesh& fine, const SignFormula& formula,
+                                          const std::vector<SurfaceForm>& forms, double tolerance)
+{
+    Offsets offsets(fine, formula, forms, tolerance);
+    if (!offsets.grow()) return std::nullopt;
+    const IndexedMesh outer = offsets.mesh(0), inner = offsets.mesh(1);
+    for (const std::int32_t v : one_of_each(coarse.mesh))
+        if (winding_number(outer, sandwich.inner.vertices[v]) != 1 ||
+            winding_number(inner, sandwich.outer.vertices[v]) != 0)
+            return std::nullopt;
+    Certificate c;
+    offsets.report(c);
+    return c;
+}
+
+}  // namespace genus

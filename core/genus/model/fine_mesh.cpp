@@ -1,0 +1,527 @@
+#include "genus/model/fine_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+#include "genus/base/error.h"
+#include "genus/base/parallel.h"
+#include "genus/base/progress.h"
+#include "genus/mesh/sides.h"
+
+namespace genus {
+
+namespace {
+
+constexpr double kEdgeShare = 0.85;      // of the tolerance, for the sagitta of an edge
+constexpr double kFaceShare = 0.96;      // the same for a face
+constexpr int kMostMiddles = 3;          // vertices put into the middle of a face, one in another
+constexpr double kMostPieces = 1 << 22;  // of one edge
+constexpr double kLongestWay = 16.0;     // of a direction
+constexpr int kDeepest = 400;            // cuts of one face, each of a half
+
+struct Point {
+    Vec3 at, direction;
+};
+
+Vec3 outward(const std::vector<SurfaceForm>& forms, std::int32_t label, const Vec3& p)
+{
+    const Vec3 g = normalized(forms[label >> 1].gradient(p));
+    return (label & 1) != 0 ? -g : g;
+}
+
+// Pieces into which an edge of this sagitta must go; the sagitta falls with their square.
+double pieces_for(double sagitta, double limit)
+{
+    return std::max(1.0, std::ceil(std::sqrt(sagitta / limit)));
+}
+
+// The points between the ends of the edges of the coarse mesh.
+class CutEdges {
+public:
+    CutEdges(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
+             const std::vector<Vec3>& direction, double limit)
+        : m_(coarse),
+          forms_(forms),
+          direction_(direction),
+          limit_(limit),
+          sides_(coarse.mesh),
+          table_(
+              make_edge_table(sides_, coarse.mesh.n_vertices(), [](std::size_t) { return false; }))
+    {
+        edge_of_side_.resize(sides_.n_sides());
+        for (std::size_t e = 0; e < table_.n_edges(); ++e)
+            for (std::int64_t i = table_.starts[e]; i < table_.starts[e + 1]; ++i)
+                edge_of_side_[table_.sides[i]] = static_cast<std::int32_t>(e);
+    }
+
+    // About how many triangles it will be: a face with p, q and r pieces on its sides gets as many
+    // as the mean product of two of them.
+    double expected() const
+    {
+        std::vector<double> pieces(table_.n_edges());
+        for (std::size_t e = 0; e < pieces.size(); ++e) pieces[e] = first_guess(e);
+        double sum = 0.0;
+        for (std::int32_t s = 0; s < static_cast<std::int32_t>(sides_.n_sides()); s += 3) {
+            const double p = pieces[edge(s)], q = pieces[edge(s + 1)], r = pieces[edge(s + 2)];
+            sum += (p * q + q * r + r * p) / 3.0;
+        }
+        return sum;
+    }
+
+    // False if a point cannot be placed or directed.
+    bool run()
+    {
+        points_.resize(table_.n_edges());
+        std::atomic<bool> good{true};
+        parallel_for(table_.n_edges(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t e = begin; e < end && good; ++e)
+                if (!cut(e)) good = false;
+        });
+        if (!good) return false;
+        first_.resize(points_.size() + 1);
+        first_[0] = static_cast<std::int64_t>(m_.mesh.n_vertices());
+        for (std::size_t e = 0; e < points_.size(); ++e)
+            first_[e + 1] = first_[e] + static_cast<std::int64_t>(points_[e].size());
+        return true;
+    }
+
+    std::int64_t n_vertices() const { return first_.back(); }
+    std::size_t n_edges() const { return points_.size(); }
+    const std::vector<Point>& points(std::size_t e) const { return points_[e]; }
+    std::int64_t first(std::size_t e) const { return first_[e]; }
+    std::int32_t edge(std::int32_t side) const { return edge_of_side_[side]; }
+    // The edge runs the way of the first of its sides.
+    bool runs_along(std::int32_t side) const
+    {
+        return table_.sides[table_.starts[edge(side)]] == side;
+    }
+    std::array<std::int32_t, 3> surfaces(std::size_t e) const
+    {
+        const auto [p, q] = labels(e);
+        if (p >> 1 == q >> 1) return {p >> 1, -1, -1};
+        return {std::min(p, q) >> 1, std::max(p, q) >> 1, -1};
+    }
+
+private:
+    std::array<std::int32_t, 2> labels(std::size_t e) const
+    {
+        const std::int32_t s = table_.sides[table_.starts[e]],
+                           t = table_.sides[table_.starts[e] + 1];
+        return {m_.surface_of_face[s / 3], m_.surface_of_face[t / 3]};
+    }
+
+    std::array<Point, 2> ends(std::size_t e) const
+    {
+        const std::int32_t side = table_.sides[table_.starts[e]];
+        const std::int32_t a = sides_.from(side), b = sides_.to(side);
+        return {Point{m_.mesh.vertices[a], direction_[a]},
+                Point{m_.mesh.vertices[b], direction_[b]}};
+    }
+
+    double limit(std::size_t e) const
+    {
+        const auto [from, to] = ends(e);
+        return limit_ / std::max({1.0, norm(from.direction), norm(to.direction)});
+    }
+
+    // Of a chord for a piece of the edge: the larger of the distances from its surfaces. How far
+    // the chord is from their curve does not count: where surfaces meet at a flat angle that may be
+    // more, but the solid is no farther.
+    double sagitta(std::size_t e, const Vec3& p, const Vec3& q) const
+    {
+        const auto [left, right] = labels(e);
+        const Vec3 middle = 0.5 * (p + q);
+        return std::max(distance_from_surface(middle, left >> 1),
+                        distance_from_surface(middle, right >> 1));
+    }
+
+    double first_guess(std::size_t e) const
+    {
+        const auto [from, to] = ends(e);
+        return pieces_for(sagitta(e, from.at, to.at), limit(e));
+    }
+
+    bool cut(std::size_t e)
+    {
+        const auto [left, right] = labels(e);
+        const bool crease = left != right;
+        if (left >> 1 == right >> 1 && crease) return false;  // matter on both sides of a surface
+        const auto [from, to] = ends(e);
+        const double most_allowed = limit(e);
+        double pieces = first_guess(e);
+        std::vector<Point>& points = points_[e];
+        for (int attempt = 0; attempt < 12; ++attempt) {
+            if (!(pieces <= kMostPieces)) return false;
+            const int n = static_cast<int>(pieces);
+            points.clear();
+            for (int i = 1; i < n; ++i) {
+                const double t = static_cast<double>(i) / n;
+                const Vec3 start = from.at + t * (to.at - from.at);
+                const auto p =
+                    crease ? on_curve(start, left, right, to.at - from.at)
+                           : on_surface(start, from.direction + t * (to.direction - from.direction),
+                                        left);
+                if (!p) return false;
+                points.push_back(*p);
+            }
+            double most = 0.0;
+            for (int i = 0; i < n; ++i)
+                most = std::max(most, sagitta(e, i == 0 ? from.at : points[i - 1].at,
+                                              i == n - 1 ? to.at : points[i].at));
+            if (most <= most_allowed * 1.001) return true;
+            pieces = std::max(pieces + 1.0, std::ceil(pieces * std::sqrt(most / most_allowed)));
+        }
+        return false;
+    }
+
+    double distance_from_surface(const Vec3& p, std::int32_t s) const
+    {
+        if (forms_[s].is_plane()) return 0.0;
+        return std::fabs(forms_[s].value(p)) / norm(forms_[s].gradient(p));
+    }
+
+    std::optional<Point> on_surface(const Vec3& start, const Vec3& way, std::int32_t label) const
+    {
+        const SurfaceForm& form = forms_[label >> 1];
+        const auto t = form.root_along(start, way);
+        if (!t) return std::nullopt;
+        const Vec3 p = start + *t * way;
+        return Point{p, outward(forms_, label, p)};
+    }
+
+    // Newton's method for the point of both surfaces in the plane through `start` across `along`:
+    // points stay in order on the curve, and off its other branches.
+    std::optional<Vec3> in_plane(const Vec3& start, const Vec3& along, std::int32_t s,
+                                 std::int32_t t) const
+    {
+        Vec3 p = start;
+        for (int step = 0; step < 30; ++step) {
+            const double u = forms_[s].value(p), v = forms_[t].value(p);
+            if (std::fabs(u) <= 0.0625 * forms_[s].slack() &&
+                std::fabs(v) <= 0.0625 * forms_[t].slack())
+                return p;
+            const Vec3 g = forms_[s].gradient(p), h = forms_[t].gradient(p);
+            const Vec3 across = cross(along, g);
+            const double det = dot(across, h);
+            // Moves along x = cross(along, h) keep t, those along y = cross(along, g) keep s.
+            const Vec3 move = (u / dot(cross(along, h), g)) * cross(along, h) + (v / det) * across;
+            p -= move;
+            if (!(distance(p, start) <= 0.5 * norm(along))) return std::nullopt;
+        }
+        if (std::fabs(forms_[s].value(p)) <= forms_[s].slack() &&
+            std::fabs(forms_[t].value(p)) <= forms_[t].slack())
+            return p;
+        return std::nullopt;
+    }
+
+    std::optional<Point> on_curve(const Vec3& start, std::int32_t left, std::int32_t right,
+                                  const Vec3& along) const
+    {
+        const auto p = in_plane(start, along, left >> 1, right >> 1);
+        if (!p) return std::nullopt;
+        const Vec3 m = outward(forms_, left, *p), n = outward(forms_, right, *p);
+        const double together = 1.0 + dot(m, n);
+        if (!(together * kLongestWay > 1.0)) return std::nullopt;
+        return Point{*p, (m + n) / together};
+    }
+
+    const SurfaceMesh& m_;
+    const std::vector<SurfaceForm>& forms_;
+    const std::vector<Vec3>& direction_;
+    double limit_;
+    TriangleSides sides_;
+    EdgeTable table_;
+    std::vector<std::int32_t> edge_of_side_;
+    std::vector<std::vector<Point>> points_;
+    std::vector<std::int64_t> first_;
+};
+
+// One face of the coarse mesh with its own vertices and faces; vertices of its border come first.
+class CutFace {
+public:
+    CutFace(const std::vector<SurfaceForm>& forms, std::int32_t label, double limit,
+            std::int64_t max_triangles)
+        : form_(forms[label >> 1]),
+          sign_((label & 1) != 0 ? -1.0 : 1.0),
+          limit_(limit),
+          max_triangles_(max_triangles)
+    {
+    }
+
+    // Vertices of the border, corner after corner, with the number of points on each side.
+    bool run(std::vector<Point>&& border, const std::array<std::int32_t, 3>& pieces)
+    {
+        points_ = std::move(border);
+        n_border_ = static_cast<std::int32_t>(points_.size());
+        std::array<Side, 3> sides;
+        std::int32_t at = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            sides[i].begin = static_cast<std::int32_t>(pool_.size());
+            sides[i].n = pieces[i];
+            for (std::int32_t k = 0; k <= pieces[i]; ++k) pool_.push_back((at + k) % n_border_);
+            at += pieces[i];
+        }
+        return fill(sides, 0);
+    }
+
+    std::vector<Point>& points() { return points_; }
+    std::vector<Triangle>& faces() { return faces_; }
+    std::vector<std::array<double, 2>>& distances() { return distances_; }
+    std::int32_t n_border() const { return n_border_; }
+
+private:
+    // Vertices pool_[begin] .. pool_[begin + n], or backwards from pool_[begin].
+    struct Side {
+        std::int32_t begin = 0, n = 1, step = 1;
+        std::int32_t at(const std::vector<std::int32_t>& pool, std::int32_t k) const
+        {
+            return pool[begin + step * k];
+        }
+        Side part(std::int32_t from, std::int32_t to) const
+        {
+            return {begin + step * from, to - from, step};
+        }
+        Side turned() const { return {begin + step * n, n, -step}; }
+    };
+
+    // Side i runs from corner i to the next.
+    bool fill(const std::array<Side, 3>& sides, int depth)
+    {
+        std::size_t most = 0;
+        for (std::size_t i = 1; i < 3; ++i)
+            if (sides[i].n > sides[most].n) most = i;
+        if (sides[most].n == 1) {
+            return add({sides[0].at(pool_, 0), sides[1].at(pool_, 0), sides[2].at(pool_, 0)}, 0);
+        }
+        if (depth == kDeepest) return false;
+        const Side cut = sides[most], next = sides[(most + 1) % 3], last = sides[(most + 2) % 3];
+        const std::int32_t half = cut.n / 2;
+        const std::size_t mark = pool_.size();
+        const auto inner = new_side(cut.at(pool_, half), last.at(pool_, 0));
+        if (!inner || !fill({cut.part(0, half), *inner, last}, depth + 1) ||
+            !fill({cut.part(half, cut.n), next, inner->turned()}, depth + 1))
+            return false;
+        pool_.resize(mark);
+        return true;
+    }
+
+    bool add(const Triangle& t, int middles)
+    {
+        const std::array<Vec3, 3> p{points_[t[0]].at, points_[t[1]].at, points_[t[2]].at};
+        const auto distance = own_distance(p);
+        double spread = 1.0;
+        for (const std::int32_t v : t) spread = std::max(spread, norm(points_[v].direction));
+        if (!(std::max(distance[0], distance[1]) * spread <= kFaceShare / kEdgeShare * limit_)) {
+            if (middles == kMostMiddles) return false;
+            const auto middle = on_surface(
+                (p[0] + p[1] + p[2]) / 3.0,
+                points_[t[0]].direction + points_[t[1]].direction + points_[t[2]].direction);
+            if (!middle) return false;
+            const std::int32_t m = *middle;
+            return add({t[0], t[1], m}, middles + 1) && add({t[1], t[2], m}, middles + 1) &&
+                   add({t[2], t[0], m}, middles + 1);
+        }
+        faces_.push_back(t);
+        distances_.push_back(distance);
+        return static_cast<std::int64_t>(faces_.size()) <= max_triangles_;
+    }
+
+    // How far the surface lies outside and inside of a face, about.
+    std::array<double, 2> own_distance(const std::array<Vec3, 3>& p) const
+    {
+        if (form_.is_plane()) return {0.0, 0.0};
+        const Interval r = form_.range(p);
+        const double g = norm(form_.gradient((p[0] + p[1] + p[2]) / 3.0));
+        const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
+        return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
+    }
+
+    // Number of the new vertex.
+    std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way)
+    {
+        const auto root = form_.root_along(start, way);
+        if (!root) return std::nullopt;
+        const Vec3 p = start + *root * way;
+        points_.push_back({p, sign_ * normalized(form_.gradient(p))});
+        return static_cast<std::int32_t>(points_.size()) - 1;
+    }
+
+    std::optional<Side> new_side(std::int32_t a, std::int32_t b)
+    {
+        const Point from = points_[a], to = points_[b];
+        const Vec3 middle = 0.5 * (from.at + to.at);
+        const double limit = limit_ / std::max({1.0, norm(from.direction), norm(to.direction)});
+        double pieces = 1.0;
+        if (!form_.is_plane())
+            pieces =
+                pieces_for(std::fabs(form_.value(middle)) / norm(form_.gradient(middle)), limit);
+        if (!(pieces <= kMostPieces)) return std::nullopt;
+        Side side{static_cast<std::int32_t>(pool_.size()), static_cast<std::int32_t>(pieces), 1};
+        pool_.push_back(a);
+        for (std::int32_t i = 1; i < side.n; ++i) {
+            const double t = static_cast<double>(i) / side.n;
+            const auto v = on_surface(from.at + t * (to.at - from.at),
+                                      from.direction + t * (to.direction - from.direction));
+            if (!v) return std::nullopt;
+            pool_.push_back(*v);
+        }
+        pool_.push_back(b);
+        return side;
+    }
+
+    const SurfaceForm& form_;
+    double sign_, limit_;
+    std::int64_t max_triangles_;
+    std::vector<Point> points_;
+    std::vector<Triangle> faces_;
+    std::vector<std::array<double, 2>> distances_;
+    std::vector<std::int32_t> pool_;
+    std::int32_t n_border_ = 0;
+};
+
+// The shortest way out of all surfaces at each vertex.
+std::optional<std::vector<Vec3>> corner_directions(const SurfaceMesh& m,
+                                                   const std::vector<SurfaceForm>& forms)
+{
+    std::vector<std::vector<std::int32_t>> labels(m.mesh.n_vertices());
+    for (std::size_t f = 0; f < m.mesh.n_faces(); ++f)
+        for (const std::int32_t v : m.mesh.faces[f])
+            if (std::find(labels[v].begin(), labels[v].end(), m.surface_of_face[f]) ==
+                labels[v].end())
+                labels[v].push_back(m.surface_of_face[f]);
+    std::vector<Vec3> directions(labels.size());
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+        std::vector<Vec3> normals;
+        for (const std::int32_t label : labels[v])
+            normals.push_back(outward(forms, label, m.mesh.vertices[v]));
+        const std::vector<double> ones(normals.size(), 1.0);
+        const auto d = shortest_direction(normals, ones);
+        if (!d || !(norm(*d) < kLongestWay)) return std::nullopt;
+        directions[v] = *d;
+    }
+    return directions;
+}
+
+}  // namespace
+
+std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
+                                   double tolerance, std::int64_t max_triangles)
+{
+    const double limit = kEdgeShare * tolerance;
+    const auto directions = corner_directions(coarse, forms);
+    if (!directions) return std::nullopt;
+    CutEdges edges(coarse, forms, *directions, limit);
+    constexpr double kFar = 8.0;  // the guess is trusted to this factor
+    if (const double expected = edges.expected(), most = static_cast<double>(max_triangles);
+        !(expected <= kFar * most))
+        throw ToleranceNotMet("mesh: about " + to_text(std::round(expected * 1e-6)) +
+                                  " million triangles are needed, max_triangles is " +
+                                  std::to_string(max_triangles),
+                              tolerance, tolerance * expected / most, {});
+    if (!edges.run()) return std::nullopt;
+
+    const TriangleSides sides(coarse.mesh);
+    const std::size_t n = coarse.mesh.n_faces();
+    struct Part {
+        std::vector<Point> inner;
+        std::vector<Triangle> faces;
+        std::vector<std::array<double, 2>> distances;
+        std::int64_t first_vertex = 0;
+    };
+    std::vector<Part> parts(n);
+    std::atomic<bool> good{true};
+    std::atomic<std::int64_t> n_triangles{0};
+    const auto border_of = [&](std::size_t f, auto&& take) {
+        for (std::int32_t i = 0; i < 3; ++i) {
+            const std::int32_t side = sides.first(f) + i;
+            const std::size_t e = static_cast<std::size_t>(edges.edge(side));
+            const auto count = static_cast<std::int32_t>(edges.points(e).size());
+            take(sides.from(side),
+                 Point{coarse.mesh.vertices[sides.from(side)], (*directions)[sides.from(side)]});
+            for (std::int32_t k = 0; k < count; ++k) {
+                const std::int32_t at = edges.runs_along(side) ? k : count - 1 - k;
+                take(static_cast<std::int32_t>(edges.first(e)) + at, edges.points(e)[at]);
+            }
+        }
+    };
+    parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end && good; ++f) {
+            current_progress().check();
+            std::vector<Point> border;
+            border_of(f, [&](std::int32_t, const Point& p) { border.push_back(p); });
+            std::array<std::int32_t, 3> pieces;
+            for (std::int32_t i = 0; i < 3; ++i)
+                pieces[i] = 1 + static_cast<std::int32_t>(
+                                    edges.points(edges.edge(sides.first(f) + i)).size());
+            CutFace cut(forms, coarse.surface_of_face[f], limit, max_triangles);
+            if (!cut.run(std::move(border), pieces)) {
+                good = false;
+                break;
+            }
+            parts[f].inner.assign(cut.points().begin() + cut.n_border(), cut.points().end());
+            parts[f].faces = std::move(cut.faces());
+            parts[f].distances = std::move(cut.distances());
+            n_triangles += static_cast<std::int64_t>(parts[f].faces.size());
+            if (n_triangles > max_triangles)
+                throw ToleranceNotMet("mesh: more than max_triangles triangles are needed",
+                                      tolerance, std::numeric_limits<double>::infinity(), {});
+        }
+    });
+    if (!good) return std::nullopt;
+
+    FineMesh fine;
+    fine.first_face.assign(n + 1, 0);
+    std::int64_t n_vertices = edges.n_vertices();
+    for (std::size_t f = 0; f < n; ++f) {
+        parts[f].first_vertex = n_vertices;
+        n_vertices += static_cast<std::int64_t>(parts[f].inner.size());
+        fine.first_face[f + 1] =
+            fine.first_face[f] + static_cast<std::int64_t>(parts[f].faces.size());
+    }
+    require(n_vertices <= std::numeric_limits<std::int32_t>::max(), "mesh: too many vertices");
+    SurfaceMesh& s = fine.surface;
+    s.mesh.vertices.resize(n_vertices);
+    fine.direction.resize(n_vertices);
+    s.surfaces_of_vertex.resize(n_vertices);
+    s.cell_size.assign(n_vertices, 0.0);
+    s.mesh.faces.resize(fine.first_face[n]);
+    s.surface_of_face.resize(fine.first_face[n]);
+    fine.distance.resize(fine.first_face[n]);
+    const auto put = [&](std::int64_t v, const Point& p, const std::array<std::int32_t, 3>& on) {
+        s.mesh.vertices[v] = p.at;
+        fine.direction[v] = p.direction;
+        s.surfaces_of_vertex[v] = on;
+    };
+    for (std::size_t v = 0; v < coarse.mesh.n_vertices(); ++v)
+        put(static_cast<std::int64_t>(v), {coarse.mesh.vertices[v], (*directions)[v]},
+            coarse.surfaces_of_vertex[v]);
+    for (std::size_t e = 0; e < edges.n_edges(); ++e)
+        for (std::size_t k = 0; k < edges.points(e).size(); ++k)
+            put(edges.first(e) + static_cast<std::int64_t>(k), edges.points(e)[k],
+                edges.surfaces(e));
+    parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::int32_t> number;
+        for (std::size_t f = begin; f < end; ++f) {
+            const Part& part = parts[f];
+            const std::int32_t label = coarse.surface_of_face[f];
+            number.clear();
+            border_of(f, [&](std::int32_t v, const Point&) { number.push_back(v); });
+            for (std::size_t k = 0; k < part.inner.size(); ++k) {
+                const std::int64_t v = part.first_vertex + static_cast<std::int64_t>(k);
+                number.push_back(static_cast<std::int32_t>(v));
+                put(v, part.inner[k], {label >> 1, -1, -1});
+            }
+            for (std::size_t k = 0; k < part.faces.size(); ++k) {
+                const Triangle& t = part.faces[k];
+                s.mesh.faces[fine.first_face[f] + k] = {number[t[0]], number[t[1]], number[t[2]]};
+                s.surface_of_face[fine.first_face[f] + k] = label;
+                fine.distance[fine.first_face[f] + k] = part.distances[k];
+            }
+        }
+    });
+    return fine;
+}
+
+}  // namespace genus
