@@ -91,11 +91,15 @@ public:
     {
         for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) mesh_.point(Vertex(v)) -= origin;
         gather_quadrics();
-        stamps_.assign(mesh_.halfedge_slots(), 0);
+        versions_.assign(mesh_.vertex_slots(), 0);
+        queued_.assign(mesh_.halfedge_slots(), 0);
         std::vector<Candidate> all;
         all.reserve(mesh_.n_edges());
         for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
-            if (const Halfedge h(i); h < mesh_.opposite(h)) all.push_back({cost(h), h.index, 0});
+            if (const Halfedge h(i); h < mesh_.opposite(h)) {
+                all.push_back({cost(h), h.index, 0});
+                queued_[i] = 1;
+            }
         queue_ = std::priority_queue<Candidate>({}, std::move(all));
     }
 
@@ -110,7 +114,13 @@ public:
             if (next.cost > limit2) return;
             queue_.pop();
             const Halfedge h(next.halfedge);
-            if (mesh_.is_alive(h) && stamps_[h.index] == next.stamp) collapse(h);
+            queued_[h.index] = 0;
+            if (!mesh_.is_alive(h)) continue;
+            // Costs grow as a rule: those of edges that changed are computed anew only here.
+            if (stamp(h) != next.stamp)
+                push(h);
+            else
+                collapse(h);
         }
     }
 
@@ -225,18 +235,30 @@ private:
         mesh_.collapse_edge(h);
         mesh_.point(kept) = p;
         quadrics_[kept.index] = q;
+        versions_[kept.index] = ++last_version_;
         for (const Halfedge x : mesh_.outgoing(kept)) {
-            const Halfedge named = std::min(x, mesh_.opposite(x));
-            stamps_[named.index] = ++last_stamp_;
-            stamps_[std::max(x, mesh_.opposite(x)).index] = -1;
-            queue_.push({cost(named), named.index, last_stamp_});
+            // An edge that was two may have lost the entries of both.
+            if (!queued_[x.index] && !queued_[mesh_.opposite(x).index]) push(x);
         }
+    }
+
+    void push(Halfedge h)
+    {
+        queue_.push({cost(h), h.index, stamp(h)});
+        queued_[h.index] = 1;
+    }
+
+    // Grows whenever an end of the edge changes.
+    std::int32_t stamp(Halfedge h) const
+    {
+        return versions_[mesh_.from(h).index] + versions_[mesh_.to(h).index];
     }
 
     HalfedgeMesh mesh_;
     std::vector<Quadric> quadrics_;
-    std::vector<std::int32_t> stamps_;
-    std::int32_t last_stamp_ = 0;
+    std::vector<std::int32_t> versions_;  // by vertex
+    std::int32_t last_version_ = 0;
+    std::vector<std::uint8_t> queued_;  // by halfedge
     std::priority_queue<Candidate> queue_;
 };
 
