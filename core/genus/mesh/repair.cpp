@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "genus/base/error.h"
-#include "genus/base/predicates.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/disjoint_sets.h"
 #include "genus/mesh/point_table.h"
 #include "genus/mesh/sides.h"
+#include "genus/mesh/t_junctions.h"
 #include "genus/mesh/topology.h"
 
 namespace genus {
@@ -274,116 +274,45 @@ private:
 
 // ---- T-junctions ------------------------------------------------------------------------------
 
-// Vertices of open edges that lie within open edges of others.
-class Junctions {
-public:
-    Junctions(const IndexedMesh& mesh, double tolerance) : mesh_(mesh), tolerance_(tolerance)
-    {
-        const std::vector<std::int32_t> twin = twins_of(mesh);
-        const TriangleSides sides(mesh);
-        std::vector<Box3> boxes;
-        std::vector<std::uint8_t> on_border(mesh.n_vertices(), 0);
-        for (std::int32_t s = 0; s < static_cast<std::int32_t>(twin.size()); ++s) {
-            if (twin[s] != kBoundarySide) continue;
-            open_.push_back(s);
-            Box3 box;
-            for (const std::int32_t v : {sides.from(s), sides.to(s)}) {
-                on_border[v] = 1;
-                box.add(mesh.vertices[v] + Vec3{{tolerance, tolerance, tolerance}});
-                box.add(mesh.vertices[v] - Vec3{{tolerance, tolerance, tolerance}});
-            }
-            boxes.push_back(box);
+// Faces with vertices in their sides, cut; the others as they are, all in their order. `sources`
+// takes the number of the face that each comes from.
+std::vector<Triangle> cut_faces(const IndexedMesh& mesh, const std::vector<TJunction>& junctions,
+                                std::vector<std::int32_t>& sources)
+{
+    std::vector<Triangle> faces;
+    auto at = junctions.begin();
+    for (std::size_t f = 0; f < mesh.n_faces(); ++f) {
+        if (at == junctions.end() || static_cast<std::size_t>(at->side / 3) != f) {
+            faces.push_back(mesh.faces[f]);
+            sources.push_back(static_cast<std::int32_t>(f));
+            continue;
         }
-        const BoxTree tree(boxes);
-        for (std::size_t v = 0; v < mesh.n_vertices(); ++v) {
-            if (v % 4096 == 4095) current_progress().check();
-            if (on_border[v]) look_for(static_cast<std::int32_t>(v), tree);
-        }
-        std::sort(found_.begin(), found_.end());
-    }
-
-    std::size_t size() const { return found_.size(); }
-
-    // Faces with vertices in their sides, cut; the others as they are, all in their order.
-    // `sources` takes the number of the face that each comes from.
-    std::vector<Triangle> cut_faces(std::vector<std::int32_t>& sources) const
-    {
-        std::vector<Triangle> faces;
-        auto at = found_.begin();
-        for (std::size_t f = 0; f < mesh_.n_faces(); ++f) {
-            if (at == found_.end() || static_cast<std::size_t>(at->side / 3) != f) {
-                faces.push_back(mesh_.faces[f]);
-                sources.push_back(static_cast<std::int32_t>(f));
-                continue;
-            }
-            PolygonMesh cut;
-            std::vector<std::int32_t> corners, numbers;
-            for (std::size_t i = 0; i < 3; ++i) {
-                numbers.push_back(mesh_.faces[f][i]);
-                const auto side = static_cast<std::int32_t>(3 * f + i);
-                for (; at != found_.end() && at->side == side; ++at) numbers.push_back(at->vertex);
-            }
-            for (const std::int32_t v : numbers) {
-                corners.push_back(static_cast<std::int32_t>(cut.n_vertices()));
-                cut.vertices.push_back(mesh_.vertices[v]);
-            }
-            cut.add_face(corners);
-            for (const auto& [a, b, c] : to_triangles(cut).faces)
-                faces.push_back({numbers[a], numbers[b], numbers[c]});
-            sources.resize(faces.size(), static_cast<std::int32_t>(f));
-        }
-        return faces;
-    }
-
-private:
-    struct Found {
-        std::int32_t side;
-        double along;
-        std::int32_t vertex;
-        auto operator<=>(const Found&) const = default;
-    };
-
-    void look_for(std::int32_t v, const BoxTree& tree)
-    {
-        Box3 box;
-        box.add(mesh_.vertices[v]);
-        for (const std::int32_t i : tree.overlapping(box)) {
-            const std::int32_t side = open_[i];
-            const Triangle& face = mesh_.faces[side / 3];
-            if (std::find(face.begin(), face.end(), v) != face.end()) continue;
-            const Vec3& a = mesh_.vertices[face[side % 3]];
-            const Vec3& b = mesh_.vertices[face[(side % 3 + 1) % 3]];
-            const Vec3 p = mesh_.vertices[v];
-            const double along = dot(p - a, b - a) / dot(b - a, b - a);
-            if (!(along > 0.0 && along < 1.0)) continue;
-            const bool on_edge = tolerance_ > 0.0 ? distance(p, a + along * (b - a)) <= tolerance_
-                                                  : on_one_line(a, b, p);
-            if (on_edge) found_.push_back({side, along, v});
-        }
-    }
-
-    static bool on_one_line(const Vec3& a, const Vec3& b, const Vec3& p)
-    {
+        PolygonMesh cut;
+        std::vector<std::int32_t> corners, numbers;
         for (std::size_t i = 0; i < 3; ++i) {
-            const std::size_t j = (i + 1) % 3;
-            if (orient2d({{a[i], a[j]}}, {{b[i], b[j]}}, {{p[i], p[j]}}) != 0) return false;
+            numbers.push_back(mesh.faces[f][i]);
+            const auto side = static_cast<std::int32_t>(3 * f + i);
+            for (; at != junctions.end() && at->side == side; ++at) numbers.push_back(at->vertex);
         }
-        return true;
+        for (const std::int32_t v : numbers) {
+            corners.push_back(static_cast<std::int32_t>(cut.n_vertices()));
+            cut.vertices.push_back(mesh.vertices[v]);
+        }
+        cut.add_face(corners);
+        for (const auto& [a, b, c] : to_triangles(cut).faces)
+            faces.push_back({numbers[a], numbers[b], numbers[c]});
+        sources.resize(faces.size(), static_cast<std::int32_t>(f));
     }
-
-    const IndexedMesh& mesh_;
-    double tolerance_;
-    std::vector<std::int32_t> open_;  // sides
-    std::vector<Found> found_;
-};
+    return faces;
+}
 
 void cut_at_junctions(RepairedMesh& out, double tolerance)
 {
-    const Junctions junctions(out.mesh, tolerance);
+    const std::vector<TJunction> junctions = find_t_junctions(out.mesh, tolerance);
     out.report.t_junctions = static_cast<std::int64_t>(junctions.size());
-    if (junctions.size() == 0) return;
+    if (junctions.empty()) return;
     std::vector<std::int32_t> sources;
-    std::vector<Triangle> faces = junctions.cut_faces(sources);
+    std::vector<Triangle> faces = cut_faces(out.mesh, junctions, sources);
     for (std::int32_t& f : sources) f = out.source_face[f];
     out.mesh.faces = std::move(faces);
     out.source_face = std::move(sources);

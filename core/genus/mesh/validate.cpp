@@ -9,6 +9,7 @@
 #include "genus/base/predicates.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/measure.h"
+#include "genus/mesh/t_junctions.h"
 #include "genus/mesh/triangle_intersection.h"
 
 namespace genus {
@@ -61,6 +62,7 @@ public:
         if (finite) {
             check_self_intersections();
             check_turns();
+            check_t_junctions();
         }
         return std::move(out_);
     }
@@ -201,6 +203,20 @@ private:
         }
     }
 
+    void check_t_junctions()
+    {
+        if (out_.topology.boundary_edges == 0) return;
+        for (const genus::TJunction& t : find_t_junctions(mesh_)) {
+            const std::int32_t face = t.side / 3, v = t.vertex;
+            const Triangle& f = mesh_.faces[face];
+            const std::int32_t a = f[t.side % 3], b = f[(t.side % 3 + 1) % 3];
+            add(Defect::TJunction, {v, a, b}, {face}, mesh_.vertices[v], [&] {
+                return "vertex " + std::to_string(v) + " lies within the open " + edge_text(a, b) +
+                       " of face " + std::to_string(face);
+            });
+        }
+    }
+
     // ---- which way closed parts turn ---------------------------------------------------------
 
     struct Part {
@@ -336,7 +352,7 @@ const char* name(Defect defect)
     constexpr std::array<const char*, kDefects> kNames{
         "index out of range", "non-finite coordinate", "degenerate face", "duplicate face",
         "open edge",          "flipped edge",          "complex edge",    "complex vertex",
-        "self-intersection",  "inverted part"};
+        "self-intersection",  "inverted part",         "T-junction"};
     return kNames[static_cast<std::size_t>(defect)];
 }
 

@@ -21,9 +21,10 @@ enum class Defect {
     ComplexEdge,       ///< an edge of more than two faces
     ComplexVertex,     ///< more than one fan of faces round a vertex
     SelfIntersection,  ///< two faces meet elsewhere than in common corners or a common side
-    Inverted           ///< a closed part whose outside is the wrong one for where it lies
+    Inverted,          ///< a closed part whose outside is the wrong one for where it lies
+    TJunction          ///< a vertex of an open edge that lies within another, exactly
 };
-constexpr std::size_t kDefects = 10;
+constexpr std::size_t kDefects = 11;
 
 /// "open edge" and so on.
 const char* name(Defect defect);

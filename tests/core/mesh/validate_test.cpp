@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -120,6 +121,31 @@ TEST(Validate, NamesAFlippedFace)
     const Validation v = validate(mesh);
     expect_only(v, Defect::FlippedEdge, 3);
     for (const Finding& f : v.findings) EXPECT_TRUE(f.faces[0] == 12 || f.faces[1] == 12);
+}
+
+TEST(Validate, NamesATJunction)
+{
+    // One of the two faces at an edge is cut in the middle of it, the other is not.
+    IndexedMesh mesh = cases::box({{2, 2, 2}});
+    const Triangle t = mesh.faces[5];
+    mesh.vertices.push_back(0.5 * mesh.vertices[t[0]] + 0.5 * mesh.vertices[t[1]]);
+    const auto middle = static_cast<std::int32_t>(mesh.n_vertices() - 1);
+    mesh.faces[5] = {t[0], middle, t[2]};
+    mesh.faces.push_back({middle, t[1], t[2]});
+    const Validation v = validate(mesh);
+    EXPECT_EQ(v.count(Defect::OpenEdge), 3);
+    ASSERT_EQ(v.count(Defect::TJunction), 1);
+    const Finding& finding = v.findings.back();
+    EXPECT_EQ(finding.defect, Defect::TJunction);
+    EXPECT_EQ(finding.vertices[0], middle);
+    EXPECT_EQ(finding.at, mesh.vertices[middle]);
+    std::vector<std::int32_t> edge{finding.vertices[1], finding.vertices[2]}, cut{t[0], t[1]};
+    std::sort(edge.begin(), edge.end());
+    std::sort(cut.begin(), cut.end());
+    EXPECT_EQ(edge, cut);
+    const Triangle& across = mesh.faces[finding.faces[0]];
+    EXPECT_EQ(std::count(across.begin(), across.end(), middle), 0);
+    EXPECT_NE(finding.text.find("lies within the open edge"), std::string::npos);
 }
 
 TEST(Validate, NamesAComplexEdgeAndItsOpenEnds)
