@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/io/input_file.h"
 #include "genus/io/number_format.h"
 #include "genus/io/text.h"
 
@@ -19,23 +23,29 @@ constexpr std::int64_t kMaxIndex = std::numeric_limits<std::int32_t>::max();
 
 // Statements that say nothing about polygons.
 constexpr std::string_view kPassedOver[] = {
-    "vt",       "vn",       "vp",     "g",          "s",         "o",     "l",
-    "p",        "usemtl",   "mtllib", "usemap",     "maplib",    "mg",    "deg",
-    "bmat",     "step",     "cstype", "curv",       "curv2",     "surf",  "parm",
-    "trim",     "hole",     "scrv",   "sp",         "end",       "con",   "bevel",
-    "c_interp", "d_interp", "lod",    "shadow_obj", "trace_obj", "ctech", "stech",
-    "call",     "csh",      "bsp",    "bzp",        "cdc",       "cdp",   "res"};
+    "vt",     "vn",     "vp",       "g",        "s",    "o",          "l",         "p",
+    "usemap", "maplib", "mg",       "deg",      "bmat", "step",       "cstype",    "curv",
+    "curv2",  "surf",   "parm",     "trim",     "hole", "scrv",       "sp",        "end",
+    "con",    "bevel",  "c_interp", "d_interp", "lod",  "shadow_obj", "trace_obj", "ctech",
+    "stech",  "call",   "csh",      "bsp",      "bzp",  "cdc",        "cdp",       "res"};
 
 bool is_statement(std::string_view word)
 {
-    return word == "v" || word == "f" || word == "fo" ||
+    return word == "v" || word == "f" || word == "fo" || word == "usemtl" || word == "mtllib" ||
            std::find(std::begin(kPassedOver), std::end(kPassedOver), word) != std::end(kPassedOver);
 }
 
-// What one piece of the text holds. Vertices before it are not counted yet while it is read, so a
-// corner given by a negative index is numbered from the first vertex of the piece, possibly
-// below zero, and listed for correction.
+struct MaterialUse {
+    std::size_t first_face;  // of the piece
+    std::string_view name;
+};
+
+// What one piece of the text holds; the material in use goes on into the next. Vertices before it
+// are not counted yet while it is read, so a corner given by a negative index is numbered from the
+// first vertex of the piece, possibly below zero, and listed for correction.
 struct Piece {
+    std::vector<MaterialUse> materials;
+    std::vector<std::string_view> libraries;
     std::vector<Vec3> vertices;
     std::vector<Rgba> colors;
     FaceList faces;
@@ -49,6 +59,13 @@ struct Numbering {
     std::int64_t before = kMaxIndex;
     std::int64_t total = kMaxIndex;
 };
+
+std::string_view trimmed(std::string_view text)
+{
+    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+    return text;
+}
 
 class PieceReader {
 public:
@@ -70,6 +87,10 @@ public:
                 read_vertex();
             else if (is_word("f", 1) || is_word("fo", 2))
                 read_face();
+            else if (is_word("usemtl", 6))
+                piece_.materials.push_back({piece_.faces.size(), rest_of_line()});
+            else if (is_word("mtllib", 6))
+                piece_.libraries.push_back(rest_of_line());
             else
                 pass_over();
         }
@@ -118,6 +139,15 @@ private:
             else
                 ++p_;
         }
+    }
+
+    // What stands behind the word at p_, a name that may have blanks in it.
+    std::string_view rest_of_line()
+    {
+        while (!ends_word(p_)) ++p_;
+        const char* start = p_;
+        while (p_ != end_ && !is_newline(*p_)) ++p_;
+        return trimmed({start, static_cast<std::size_t>(p_ - start)});
     }
 
     void read_vertex()
@@ -276,8 +306,115 @@ void append_vertices(RawMesh& raw, Piece& piece)
     raw.vertices.insert(raw.vertices.end(), piece.vertices.begin(), piece.vertices.end());
 }
 
-RawMesh join(const std::vector<std::string_view>& texts, std::vector<Piece>& pieces)
+// ---- materials ----
+
+using Materials = std::map<std::string, Rgba, std::less<>>;
+
+std::uint8_t to_channel(double value)
 {
+    return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
+}
+
+// The statements newmtl, Kd, d and Tr of a library; the rest is for pictures.
+void read_materials(std::string_view text, Materials& materials)
+{
+    Rgba* material = nullptr;
+    while (!text.empty()) {
+        const std::size_t newline = std::min(text.find('\n'), text.size() - 1);
+        const std::string_view line = trimmed(text.substr(0, newline + 1));
+        text.remove_prefix(newline + 1);
+        const std::string_view word =
+            line.substr(0, std::min(line.find_first_of(" \t"), line.size()));
+        if (word == "newmtl") material = &materials[std::string(trimmed(line.substr(word.size())))];
+        const std::size_t n = word == "Kd" ? 3 : word == "d" || word == "Tr" ? 1 : 0;
+        if (n == 0 || material == nullptr) continue;
+        const std::string_view rest = trimmed(line.substr(word.size()));
+        // "Kd spectral file", "Kd xyz x y z", "d -halo x": not plain numbers, left out.
+        if (!rest.empty() && !is_digit(rest[0]) && rest[0] != '.' && rest[0] != '+') continue;
+        double value[3] = {};
+        TextCursor cursor(rest);
+        for (std::size_t i = 0; i < n; ++i) value[i] = cursor.number("a number");
+        if (n == 3) {
+            material->r = to_channel(value[0]);
+            material->g = to_channel(value[1]);
+            material->b = to_channel(value[2]);
+        } else {
+            material->a = to_channel(word == "d" ? value[0] : 1.0 - value[0]);
+        }
+    }
+}
+
+bool stays_in_folder(const std::filesystem::path& file)
+{
+    if (file.empty() || file.has_root_path()) return false;
+    return std::none_of(file.begin(), file.end(), [](const auto& part) { return part == ".."; });
+}
+
+// One name, or several; none of them has to be there.
+void read_libraries(std::string_view names, const std::string& folder, Materials& materials)
+{
+    std::vector<std::string> files{std::string(names)};
+    const auto path_of = [&](const std::string& file) {
+        return folder.empty() ? file : folder + "/" + file;
+    };
+    const auto is_there = [&](const std::string& file) {
+        std::error_code error;
+        return stays_in_folder(file) && std::filesystem::is_regular_file(path_of(file), error);
+    };
+    if (!is_there(files[0])) {
+        files.clear();
+        while (!names.empty()) {
+            const std::string_view word = first_word(names);
+            files.emplace_back(word);
+            names = trimmed(names.substr(word.size()));
+        }
+    }
+    for (const std::string& file : files) {
+        if (!is_there(file)) continue;
+        const InputFile input(path_of(file));
+        const std::string_view text = as_text(input.bytes());
+        with_lines(text, path_of(file), [&] { read_materials(text, materials); });
+    }
+}
+
+// Faces from `first_face` on take the colour of the material in use.
+class Painter {
+public:
+    Painter(const std::vector<Piece>& pieces, const std::optional<std::string>& folder)
+    {
+        if (!folder) return;
+        for (const Piece& piece : pieces)
+            for (const std::string_view names : piece.libraries)
+                read_libraries(names, *folder, materials_);
+    }
+
+    // `n_before` faces come before those of the piece.
+    void paint(const Piece& piece, std::size_t n_before, std::vector<Rgba>& colors)
+    {
+        if (materials_.empty()) return;
+        for (const MaterialUse& use : piece.materials) {
+            fill(n_before + use.first_face, colors);
+            const auto at = materials_.find(use.name);
+            color_ = at != materials_.end() ? at->second : Rgba{};
+            painted_ |= at != materials_.end();
+        }
+        fill(n_before + piece.faces.size(), colors);
+    }
+
+    bool has_painted() const { return painted_; }
+
+private:
+    void fill(std::size_t end, std::vector<Rgba>& colors) const { colors.resize(end, color_); }
+
+    Materials materials_;
+    Rgba color_;
+    bool painted_ = false;
+};
+
+RawMesh join(const std::vector<std::string_view>& texts, std::vector<Piece>& pieces,
+             const std::optional<std::string>& folder)
+{
+    Painter painter(pieces, folder);
     std::size_t n_vertices = 0;
     std::size_t n_faces = 0;
     for (const Piece& piece : pieces) {
@@ -298,9 +435,11 @@ RawMesh join(const std::vector<std::string_view>& texts, std::vector<Piece>& pie
         for (const std::size_t corner : piece.relative_corners)
             piece.faces.corner(corner) += static_cast<std::int32_t>(before);
         append_vertices(raw, piece);
+        painter.paint(piece, raw.faces.size(), raw.face_colors);
         raw.faces.append(piece.faces);
         piece = {};
     }
+    if (!painter.has_painted()) raw.face_colors.clear();
     return raw;
 }
 
@@ -360,6 +499,17 @@ void write_faces(Output& output, std::size_t n, const Face& face)
     });
 }
 
+std::string material_name(const Rgba& color)
+{
+    constexpr char kDigits[] = "0123456789abcdef";
+    std::string name = "color_";
+    for (const std::uint8_t channel : {color.r, color.g, color.b, color.a}) {
+        name += kDigits[channel >> 4];
+        name += kDigits[channel & 15];
+    }
+    return name;
+}
+
 void write_comment(Output& output)
 {
     output.write(std::string_view("# written by genus\n"));
@@ -372,7 +522,8 @@ bool looks_like_obj(std::string_view text)
     return is_statement(first_word(text));
 }
 
-RawMesh read_obj(std::span<const std::byte> content, const std::string& name)
+RawMesh read_obj(std::span<const std::byte> content, const std::string& name,
+                 const std::optional<std::string>& folder)
 {
     const std::string_view text = as_text(content);
     return with_lines(text, name, [&] {
@@ -381,15 +532,49 @@ RawMesh read_obj(std::span<const std::byte> content, const std::string& name)
         parallel_for(texts.size(), 1, [&](std::size_t begin, std::size_t) {
             pieces[begin] = PieceReader(texts[begin], {}).read();
         });
-        return join(texts, pieces);
+        return join(texts, pieces, folder);
     });
 }
 
-void write_obj(Output& output, const MeshFile& file)
+void write_obj(Output& output, const MeshFile& file, const std::string& library)
 {
     write_comment(output);
+    const bool colored = !library.empty() && !file.face_colors.empty();
+    if (colored) output.write("mtllib " + library + "\n");
     write_vertices(output, file.mesh.vertices, file.vertex_colors);
-    write_faces(output, file.mesh.n_faces(), [&](std::size_t f) { return file.mesh.face(f); });
+    if (!colored)
+        return write_faces(output, file.mesh.n_faces(),
+                           [&](std::size_t f) { return file.mesh.face(f); });
+    constexpr std::size_t per_corner = 12;
+    const std::vector<Rgba>& colors = file.face_colors;
+    write_records(output, file.mesh.n_faces(), kGrain,
+                  [&](std::size_t begin, std::size_t end, TextBlock& block) {
+                      for (std::size_t f = begin; f < end; ++f) {
+                          char* p = block.room(per_corner * file.mesh.face(f).size() + 32);
+                          if (f == 0 || colors[f] != colors[f - 1])
+                              p = put_text(p, "usemtl " + material_name(colors[f]) + "\n");
+                          block.advance_to(put_face(p, file.mesh.face(f)));
+                      }
+                  });
+}
+
+void write_obj_materials(Output& output, const MeshFile& file)
+{
+    write_comment(output);
+    std::map<std::string, Rgba> materials;
+    for (const Rgba& color : file.face_colors) materials.try_emplace(material_name(color), color);
+    for (const auto& [name, color] : materials) {
+        char line[4 * (kNumberChars + 4)];
+        char* p = put_text(line, "Kd");
+        for (const std::uint8_t channel : {color.r, color.g, color.b}) {
+            *p++ = ' ';
+            p = put_short_number(p, channel / 255.0);
+        }
+        p = put_short_number(put_text(p, "\nd "), color.a / 255.0);
+        *p++ = '\n';
+        output.write("newmtl " + name + "\n");
+        output.write(std::span<const char>(line, static_cast<std::size_t>(p - line)));
+    }
 }
 
 void write_obj(Output& output, const IndexedMesh& mesh)

@@ -42,7 +42,7 @@ io::RawMesh read_raw(std::span<const std::byte> content, const std::string& name
         case MeshFormat::stl:
             return io::read_stl(content, name);
         case MeshFormat::obj:
-            return io::read_obj(content, name);
+            return io::read_obj(content, name, folder);
         case MeshFormat::off:
             return io::read_off(content, name);
         case MeshFormat::ply:

@@ -1,5 +1,7 @@
 #include "genus/io/write_mesh.h"
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "genus/base/error.h"
@@ -128,6 +130,26 @@ void write_to(io::Output& output, const MeshFile& file, MeshFormat format, bool 
     throw InvalidInput("write_mesh: options.format is not a MeshFormat");
 }
 
+// The materials of an OBJ file stand in a file of their own beside it.
+void write_painted_obj(const std::string& path, const MeshFile& file)
+{
+    check(file);
+    std::filesystem::path library = std::filesystem::path(path).replace_extension(".mtl");
+    if (library == path) library += ".mtl";
+    io::OutputFile materials(library.string()), output(path);
+    io::write_obj_materials(materials, file);
+    io::write_obj(output, file, library.filename().string());
+    materials.commit();
+    output.commit();
+}
+
+// A pipe has no place beside it.
+bool may_have_companion(const std::string& path)
+{
+    std::error_code error;
+    return !std::filesystem::exists(path, error) || std::filesystem::is_regular_file(path, error);
+}
+
 template <class Mesh>
 void write_file(const std::string& path, const Mesh& mesh, const WriteOptions& options)
 {
@@ -159,6 +181,9 @@ void write_mesh(const std::string& path, const PolygonMesh& mesh, const WriteOpt
 
 void write_mesh_file(const std::string& path, const MeshFile& file, const WriteOptions& options)
 {
+    const bool painted =
+        choose_format(path, options) == MeshFormat::obj && !file.face_colors.empty();
+    if (painted && may_have_companion(path)) return write_painted_obj(path, file);
     write_file(path, file, options);
 }
 

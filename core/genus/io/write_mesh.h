@@ -21,7 +21,8 @@ struct WriteOptions {
 /// mesh, except that binary STL and glTF round positions to 4-byte numbers, that both join vertices
 /// at one place, that they, 3MF and AMF cut faces into triangles, and that STL drops vertices
 /// without a face. Colours are kept by PLY, OFF, glTF and AMF, by 3MF for faces, and by OBJ for
-/// vertices (without alpha). glTF is in metres: the mesh is scaled where its unit is known.
+/// vertices (without alpha) and, in a .mtl file written beside it, for faces. glTF is in metres:
+/// the mesh is scaled where its unit is known.
 ///
 /// The file appears whole or not at all, also when the call is cancelled: it is written under
 /// another name in the same folder and then renamed. Bytes do not depend on the number of threads.

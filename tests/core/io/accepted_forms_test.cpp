@@ -1,8 +1,13 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
+#include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include <string>
 
 #include "core/io/sample_meshes.h"
+#include "genus/base/error.h"
 #include "genus/io/read_mesh.h"
 
 namespace genus {
@@ -270,4 +275,88 @@ TEST(Ply, ReadsColorsOfEveryType)
 }
 
 }  // namespace
+}  // namespace genus
+
+namespace genus {
+namespace {
+
+class ObjMaterials : public ::testing::Test {
+protected:
+    void SetUp() override
+    {
+        folder_ = std::filesystem::path(::testing::TempDir()) /
+                  ("materials" + std::to_string(::getpid()));
+        std::filesystem::create_directories(folder_ / "inner");
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    std::string put(const std::string& name, const std::string& text) const
+    {
+        std::ofstream(folder_ / name, std::ios::binary) << text;
+        return (folder_ / name).string();
+    }
+
+    std::filesystem::path folder_;
+};
+
+constexpr char kTwoFaces[] =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red paint\nf 1 2 3 4\nusemtl glass\r\nf 1 2 3\n"
+    "usemtl unknown\nf 2 3 4\n";
+constexpr char kLibrary[] =
+    "# c\nnewmtl red paint\nKa 1 1 1\nKd 1 0 0\nNs 10\nmap_Kd x.png\r\nnewmtl glass\n"
+    "Kd 0.2 .4 6e-1\nd 0.5\n\tnewmtl other\nTr 1\nKd spectral x.rfl\nd -halo 0.5\n";
+
+}  // namespace
+
+TEST_F(ObjMaterials, ColourFaces)
+{
+    put("my colours.mtl", kLibrary);
+    const MeshFile file =
+        read_mesh_file(put("a.obj", std::string("mtllib my colours.mtl\n") + kTwoFaces));
+    const std::vector<Rgba> expected{{255, 0, 0, 255}, {51, 102, 153, 128}, {}};
+    EXPECT_EQ(file.face_colors, expected);
+    put("inner/b.mtl", kLibrary);
+    EXPECT_EQ(read_mesh_file(put("b.obj", std::string("mtllib none.mtl inner/b.mtl\n") + kTwoFaces))
+                  .face_colors,
+              expected);
+    // Not there, outside of the folder, or not known where the file lies: no colours.
+    for (const char* library : {"none.mtl", "../my colours.mtl", "/etc/passwd", ""}) {
+        const std::string text = std::string("mtllib ") + library + "\n" + kTwoFaces;
+        EXPECT_TRUE(read_mesh_file(put("inner/c.obj", text)).face_colors.empty()) << library;
+    }
+    const std::string text = std::string("mtllib my colours.mtl\n") + kTwoFaces;
+    EXPECT_TRUE(read_mesh_file(as_bytes(text), "a.obj").face_colors.empty());
+}
+
+TEST_F(ObjMaterials, FaultsNameTheLibraryAndLine)
+{
+    put("bad.mtl", "newmtl a\nKd 1 0 x\n");
+    try {
+        read_mesh_file(put("a.obj", std::string("mtllib bad.mtl\n") + kTwoFaces));
+        ADD_FAILURE();
+    } catch (const FileError& e) {
+        EXPECT_EQ(e.place().line, 2);
+        EXPECT_NE(e.path().find("bad.mtl"), std::string::npos);
+    }
+}
+
+TEST_F(ObjMaterials, RoundTripOfFaceColours)
+{
+    MeshFile file;
+    file.mesh = to_polygons(torus_mesh(40, 30));
+    for (std::size_t f = 0; f < file.mesh.n_faces(); ++f)
+        file.face_colors.push_back(
+            {static_cast<std::uint8_t>(f / 100), 7, static_cast<std::uint8_t>(f % 3), 200});
+    const std::string path = (folder_ / "t.obj").string();
+    write_mesh_file(path, file);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "t.mtl"));
+    EXPECT_EQ(read_mesh_file(path), file);
+    // Bytes alone have no library.
+    EXPECT_EQ(read_mesh_file(mesh_bytes(file, MeshFormat::obj), "t.obj").mesh, file.mesh);
+    file.face_colors.clear();
+    write_mesh_file((folder_ / "plain.obj").string(), file);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "plain.mtl"));
+    EXPECT_THROW(write_mesh_file((folder_ / "no" / "x.obj").string(), file), FileError);
+}
+
 }  // namespace genus
