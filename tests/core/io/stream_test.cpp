@@ -43,10 +43,10 @@ protected:
     fs::path folder_;
 };
 
-// More than two blocks.
+// More than one block.
 IndexedMesh large_torus()
 {
-    return torus_mesh(300, 240);
+    return torus_mesh(300, 115);
 }
 
 }  // namespace
