@@ -179,3 +179,48 @@ def test_further_formats(run, tmp_path):
     missing = run("convert", "none.vtk", "x.stl")
     assert missing.returncode == 1
     assert "none.vtk" in one_line(missing)
+
+
+def test_info_tells_polygons_ratios_and_t_junctions(run, tmp_path):
+    genus.prism(8, 2).save(tmp_path / "a.off")
+    genus.icosphere(parts=30).save(tmp_path / "b.ply")
+    result = run("info", "*.off", "*.ply", "--json")
+    assert result.returncode == 0, result.stderr
+    prism, ball = json.loads(result.stdout)
+    assert (prism["polygons"], prism["faces"]) == (10, 28)
+    # 3 F = 2 E, F ~ 2 V, E ~ 3 V, mean valence 6.
+    assert 3 * ball["faces"] == 2 * ball["edges"]
+    assert ball["faces"] / ball["vertices"] == pytest.approx(2, rel=1e-3)
+    assert ball["mean_valence"] == pytest.approx(6, rel=1e-3)
+    shown = run("info", "a.off").stdout
+    assert re.search(r"polygons +10", shown)
+    assert "valence 5.250" in shown
+    corners = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 0, 0], [1, -2, 0]]
+    genus.Mesh(corners, [[0, 1, 2], [0, 4, 3], [3, 4, 1]]).save(tmp_path / "t.off")
+    assert "vertex 3 lies within the open edge 0-1 of face 0" in run("info", "t.off").stdout
+
+
+@pytest.mark.parametrize(
+    "target", ["ply", "off", "glb", "obj", *(["3mf", "amf"] if "3mf" in FORMATS else [])]
+)
+def test_colours_of_faces_are_kept(tmp_path, target):
+    """Where both formats have them: there and back by way of each format."""
+    (tmp_path / "a.off").write_text(
+        "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+        "3 0 2 1 255 0 0\n3 0 1 3 0 255 0\n3 1 2 3 0 0 255\n3 0 3 2 255 255 0\n"
+    )
+    genus.convert(tmp_path / "a.off", tmp_path / f"b.{target}")
+    genus.convert(tmp_path / f"b.{target}", tmp_path / "c.off")
+    mesh = genus.load(tmp_path / "c.off")
+    rows = [row.split() for row in (tmp_path / "c.off").read_text().splitlines()]
+    faces = [row for row in rows if len(row) >= 7 and row[0] == "3"]
+    middles = {
+        tuple(np.round(mesh.vertices[[int(v) for v in row[1:4]]].sum(axis=0), 6)): row[4:7]
+        for row in faces
+    }
+    assert middles == {
+        (1, 1, 0): ["255", "0", "0"],
+        (1, 0, 1): ["0", "255", "0"],
+        (1, 1, 1): ["0", "0", "255"],
+        (0, 1, 1): ["255", "255", "0"],
+    }

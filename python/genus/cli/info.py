@@ -8,6 +8,7 @@ from typing import Any
 
 import genus
 from genus.cli.common import progress
+from genus.cli.convert import expanded
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +25,7 @@ def run(args: argparse.Namespace) -> int:
     from genus.cli.__main__ import AT_FAULT, DONE, complain, text_of
 
     status, described = DONE, []
-    for path in args.files:
+    for path in [match for pattern in args.files for match in expanded(pattern)]:
         try:
             described.append(describe(path, not args.no_intersections))
         except (genus.Error, OSError) as error:
@@ -42,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
 def describe(path: str, intersections: bool) -> dict[str, Any]:
     """Plain values, with the defects counted by kind and the first of each kind in words."""
     with progress() as bar:
-        mesh = genus.load(path, progress=bar)
+        polygons = genus.load_polygons(path, progress=bar)
+        mesh = polygons.triangles()
         findings = mesh.validate(self_intersections=intersections, max_findings=1000, progress=bar)
     first = {finding.defect: str(finding) for finding in reversed(findings)}
     counts = Counter(finding.defect for finding in findings)
@@ -50,7 +52,13 @@ def describe(path: str, intersections: bool) -> dict[str, Any]:
         {"kind": kind, "count": count, "more": count == 1000, "first": first[kind]}
         for kind, count in counts.items()
     ]
-    return {"file": path, **mesh.report(), "defects": defects}
+    return {
+        "file": path,
+        "polygons": len(polygons),
+        **mesh.report(),
+        "mean_valence": mesh.topology.mean_valence,
+        "defects": defects,
+    }
 
 
 def show(path: str, described: dict[str, Any]) -> None:
@@ -58,6 +66,12 @@ def show(path: str, described: dict[str, Any]) -> None:
     from genus.report.table import render, surface_rows
 
     rows = surface_rows(described)
+    if described["polygons"] != described["faces"]:
+        rows.insert(0, ("polygons", str(described["polygons"])))
+    if described["vertices"] > 0:
+        v, e, f = (described[key] for key in ("vertices", "edges", "faces"))
+        ratios = f"{f / v:.3f} faces, {e / v:.3f} edges, valence {described['mean_valence']:.3f}"
+        rows.append(("per vertex", ratios))
     if not described["defects"]:
         rows.append(("defects", "none"))
     for defect in described["defects"]:
