@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <queue>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -74,14 +75,52 @@ struct Quadric {
 };
 
 struct Candidate {
-    double cost;  // squared distance
+    double cost;  // squared distance, not negative
     std::int32_t halfedge;
     std::int32_t stamp;
-    // The cheapest comes first out of a priority queue, of equals the one of the smaller number.
-    bool operator<(const Candidate& o) const
+};
+
+// The cheapest first, up to an eighth of the cost: those as cheap come in the order in which they
+// went in, neighbours one after the other. A heap would be exact, and slower by half: it takes
+// edges from all over the mesh, none of them in the cache.
+class CandidateQueue {
+public:
+    CandidateQueue() : buckets_(kBuckets) {}
+
+    void push(const Candidate& c)
     {
-        return cost != o.cost ? cost > o.cost : halfedge > o.halfedge;
+        const std::size_t b = bucket_of(c.cost);
+        buckets_[b].waiting.push_back(c);
+        least_ = std::min(least_, b);
     }
+
+    // None if all are gone.
+    std::optional<Candidate> pop()
+    {
+        for (; least_ < kBuckets; ++least_) {
+            Bucket& bucket = buckets_[least_];
+            if (bucket.first < bucket.waiting.size()) return bucket.waiting[bucket.first++];
+            bucket = {};
+        }
+        return std::nullopt;
+    }
+
+private:
+    struct Bucket {
+        std::vector<Candidate> waiting;
+        std::size_t first = 0;
+    };
+
+    // Exponent and three bits of the mantissa.
+    static constexpr int kShift = 49;
+    static constexpr std::size_t kBuckets = std::size_t{1} << (63 - kShift);
+    static std::size_t bucket_of(double cost)
+    {
+        return static_cast<std::size_t>(std::bit_cast<std::uint64_t>(cost + 0.0) >> kShift);
+    }
+
+    std::vector<Bucket> buckets_;
+    std::size_t least_ = kBuckets;
 };
 
 class Simplifier {
@@ -93,29 +132,23 @@ public:
         gather_quadrics();
         versions_.assign(mesh_.vertex_slots(), 0);
         queued_.assign(mesh_.halfedge_slots(), 0);
-        std::vector<Candidate> all;
-        all.reserve(mesh_.n_edges());
         for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
-            if (const Halfedge h(i); h < mesh_.opposite(h)) {
-                all.push_back({cost(h), h.index, 0});
-                queued_[i] = 1;
-            }
-        queue_ = std::priority_queue<Candidate>({}, std::move(all));
+            if (const Halfedge h(i); h < mesh_.opposite(h)) push(h);
     }
 
     // Until the next edge errs by more than `limit` or so many faces are left.
     void run(double limit, std::int64_t max_faces)
     {
         const double limit2 = limit * limit;
-        for (std::size_t n = 0; !queue_.empty(); ++n) {
+        for (std::size_t n = 0; static_cast<std::int64_t>(mesh_.n_faces()) > max_faces; ++n) {
             if (n % 4096 == 0) current_progress().check();
-            if (static_cast<std::int64_t>(mesh_.n_faces()) <= max_faces) return;
-            const Candidate next = queue_.top();
-            if (next.cost > limit2) return;
-            queue_.pop();
+            const std::optional<Candidate> candidate = queue_.pop();
+            if (!candidate) return;
+            const Candidate& next = *candidate;
+            if (next.cost > 2.0 * limit2) return;  // all that follow err more
             const Halfedge h(next.halfedge);
             queued_[h.index] = 0;
-            if (!mesh_.is_alive(h)) continue;
+            if (next.cost > limit2 || !mesh_.is_alive(h)) continue;
             // Costs grow as a rule: those of edges that changed are computed anew only here.
             if (stamp(h) != next.stamp)
                 push(h);
@@ -259,7 +292,7 @@ private:
     std::vector<std::int32_t> versions_;  // by vertex
     std::int32_t last_version_ = 0;
     std::vector<std::uint8_t> queued_;  // by halfedge
-    std::priority_queue<Candidate> queue_;
+    CandidateQueue queue_;
 };
 
 void compare(const IndexedMesh& mesh, const SimplifyOptions& options, SimplifiedMesh& out)

@@ -31,7 +31,8 @@ struct SimplifiedMesh {
 };
 
 /// Fewer faces for nearly the same surface: edges are drawn together to the points of least
-/// quadric error, cheapest first, until the next one would err by more than the tolerance. Then the
+/// quadric error, cheapest first (up to a sixteenth), until all others would err by more than the
+/// tolerance. Then the
 /// distance of the two surfaces is measured both ways and bounded as in distance.h; where the bound
 /// exceeds the tolerance, all begins again with a smaller limit for the quadric error, and if that
 /// never holds, the mesh comes back as it was. So the bound reported is at most the tolerance.
