@@ -123,6 +123,8 @@ def structure(table: Table, mesh: genus.Mesh) -> None:
 
 def files(table: Table, mesh: genus.Mesh, folder: Path) -> None:
     """Reading and writing, and welding a soup."""
+    if table.only not in "write read STL OBJ PLY OFF ASCII weld a soup":
+        return
     trimesh, igl = installed("trimesh"), installed("igl")
     v, f = np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
     theirs = trimesh and trimesh.Trimesh(v, f, process=False)
