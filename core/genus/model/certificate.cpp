@@ -16,10 +16,14 @@ namespace {
 constexpr std::size_t kGroupFaces = 24;
 constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
-constexpr double kSmallFace = 0.25;            // diagonal, of the tolerance
-constexpr int kLarge = 4;                      // beside the bits of the two sides
-constexpr double kSmallBox = 1.0 / 16.0;       // radius, of the tolerance
-constexpr double kSmallestBox = 1.0 / 4096.0;  // radius, of the tolerance
+constexpr double kSmallFace = 0.25;             // diagonal, of the tolerance
+constexpr int kLarge = 4;                       // beside the bits of the two sides
+constexpr double kSmallBox = 1.0 / 16.0;        // radius, of the tolerance
+constexpr double kSmallestBox = 1.0 / 4096.0;   // radius, of the tolerance
+constexpr double kLargestShare = 0.125;         // radius of a box that may lie in a sandwich
+constexpr double kBeside = 5.0;                 // reach of a direction, of the thickness
+constexpr double kFlatness = 0.1;               // of a sandwich, of the shortest edge
+constexpr double kSmallestShare = 1.0 / 256.0;  // radius of a box that must lie in one
 constexpr std::int64_t kMaxListed = 256;
 constexpr std::int64_t kMaxBoxes = 2'000'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -43,9 +47,10 @@ void find_signs(const SignFormula& formula, const std::vector<SurfaceForm>& form
 // The way from mesh to surface: the meshes M+ and M-.
 class Shell {
 public:
+    // `least`: how far M+ and M- are to be from the faces at least, about.
     Shell(const SurfaceMesh& mesh, const SignFormula& formula,
-          const std::vector<SurfaceForm>& forms, double tolerance)
-        : m_(mesh), forms_(forms), tolerance_(tolerance)
+          const std::vector<SurfaceForm>& forms, double tolerance, double least)
+        : m_(mesh), forms_(forms), tolerance_(tolerance), least_(least)
     {
         make_groups(formula);
         note_labels();
@@ -286,7 +291,35 @@ private:
                 for (const std::size_t side : {0u, 1u})
                     offset_[v][side] = std::max(offset_[v][side], 1.02 * e[side] + rounding_[v]);
         }
+        if (least_ > 0.0) keep_apart();
         open_.assign(m_.mesh.n_faces(), 3);
+    }
+
+    // Thick, but flat beside the faces.
+    void keep_apart()
+    {
+        std::vector<double> shortest(m_.mesh.n_vertices(), kInfinity);
+        for (const Triangle& t : m_.mesh.faces)
+            for (std::size_t i = 0; i < 3; ++i) {
+                const std::int32_t a = t[i], b = t[(i + 1) % 3];
+                const double length = distance(m_.mesh.vertices[a], m_.mesh.vertices[b]);
+                for (const std::int32_t v : {a, b}) shortest[v] = std::min(shortest[v], length);
+            }
+        for (std::size_t v = 0; v < offset_.size(); ++v)
+            for (double& a : offset_[v])
+                a = std::max(a, std::min(least_, kFlatness * shortest[v]) / norm(direction_[v]));
+        // Beside a curve the other surface passes through the prisms too, and is to grow there.
+        parallel_for(offset_.size(), 256, [&](std::size_t begin, std::size_t end) {
+            std::vector<Sign> signs(forms_.size(), Sign{0});
+            for (std::size_t v = begin; v < end; ++v) {
+                const double reach = kBeside * std::max(offset_[v][0], offset_[v][1]);
+                const double before = norm(direction_[v]);
+                direction_[v] = choose_direction(static_cast<std::int32_t>(v), reach, signs);
+                const double limit = tolerance_ / norm(direction_[v]);
+                for (double& a : offset_[v])
+                    a = std::min(limit, std::max(a, a * before / norm(direction_[v])));
+            }
+        });
     }
 
     // How far the face's own surface may lie outside and inside of the face, about.
@@ -403,6 +436,7 @@ private:
     const SurfaceMesh& m_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
+    double least_;
     std::vector<Group> groups_;
     std::vector<std::int32_t> group_of_vertex_;
     std::vector<std::array<std::int32_t, 6>> labels_;
@@ -466,7 +500,10 @@ private:
         SignFormula formula;  // good for `wide(box)`
     };
     // The box with the surroundings in which ways are sought.
-    static Box3 wide(const Box3& box) { return box.inflated(2.0 * (box.max[0] - box.min[0])); }
+    Box3 wide(const Box3& box) const
+    {
+        return box.inflated((strict_ ? 8.0 : 2.0) * (box.max[0] - box.min[0]));
+    }
 
     struct Outcome {
         enum Kind { Done, Open, Failed } kind = Done;
@@ -498,15 +535,25 @@ private:
         if (ways.found && (ways.none || (outer_.winding_number(ways.inside) == 1 &&
                                          inner_.winding_number(ways.outside) == 0)))
             return {};
-        if (radius <= 0.5 * tolerance_) {
+        if (strict_ && radius <= kLargestShare * tolerance_) {
+            if (between(c, radius)) return {};
+            if (radius <= kSmallestShare * tolerance_) return {Outcome::Failed};
+        } else if (!strict_ && radius <= 0.5 * tolerance_) {
             // Nearness counts towards the bound, so it should not be had too cheaply.
             const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
-            if (!strict_ && d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
+            if (d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
                 return {Outcome::Done, d};
-            if (strict_ && radius <= kSmallBox * tolerance_) return {Outcome::Failed};
             if (radius <= kSmallestBox * tolerance_) return {Outcome::Failed};
         }
         return {ways.found && far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
+    }
+
+    // All of the ball lies between M- and M+: it meets neither, and its centre does.
+    bool between(const Vec3& c, double radius) const
+    {
+        const double far = radius * (1.0 + 1e-9);
+        return outer_.nearest(c, far).face < 0 && inner_.nearest(c, far).face < 0 &&
+               outer_.winding_number(c) == 1 && inner_.winding_number(c) == 0;
     }
 
     bool far_from_mesh(const Vec3& c, double radius) const
@@ -549,7 +596,7 @@ private:
                 normals.push_back(s.sign * normalized(forms_[s.surface].gradient(c)));
             const std::vector<double> ones(normals.size(), 1.0);
             const auto shortest = shortest_direction(normals, ones);
-            if (!shortest || norm(*shortest) > 2.0) return {};
+            if (!shortest || norm(*shortest) > (strict_ ? 8.0 : 2.0)) return {};
             const Vec3 d = normalized(*shortest);
             double height = 0.0;
             for (const Vec3& n : normals) {
@@ -630,7 +677,7 @@ Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
                     Sandwich* sandwich)
 {
     Certificate c;
-    Shell shell(mesh, formula, forms, tolerance);
+    Shell shell(mesh, formula, forms, tolerance, sandwich ? sandwich->thickness * tolerance : 0.0);
     shell.grow();
     shell.report(c, sandwich != nullptr);
     if (c.n_failed > 0) return c;
@@ -638,7 +685,10 @@ Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
     Search search(mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance,
                   sandwich != nullptr);
     search.run(cube, formula, c);
-    if (sandwich) *sandwich = {std::move(outer), std::move(inner)};
+    if (sandwich) {
+        sandwich->outer = std::move(outer);
+        sandwich->inner = std::move(inner);
+    }
     return c;
 }
 

@@ -30,6 +30,9 @@ struct Certificate {
 
 /// The meshes M+ and M- of a certificate that succeeded, with the numbering of the mesh itself.
 struct Sandwich {
+    /// How far they are to be from the mesh at least, as a share of the tolerance; less where
+    /// edges are short.
+    double thickness = 0.125;
     IndexedMesh outer, inner;
 };
 
@@ -65,8 +68,10 @@ struct Sandwich {
 /// `tolerance` is the largest bound of interest: where more is needed the proof fails. `cube` must
 /// hold the solid and be the box the forms were made for.
 ///
-/// With `sandwich` all faces must have signs and all boxes ways, however small they are, so that
-/// all of S is shown to lie between M- and M+; these are then handed out.
+/// With `sandwich` all faces must have signs, however small they are, and a box is done if it has
+/// ways or lies between M- and M+, not for being near the mesh; M- and M+ are kept apart by its
+/// thickness for that. So all of S is shown to lie between them, and they are
+/// handed out.
 Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
                     const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance,
                     Sandwich* sandwich = nullptr);

@@ -30,14 +30,14 @@ public:
         first_offsets();
     }
 
-    // True once all faces have their signs.
-    bool grow()
+    // Returns the faces of the coarse mesh in which signs are missing in the end.
+    std::vector<std::int32_t> grow()
     {
         const std::size_t n = m_.mesh.n_faces();
         std::vector<char> open(n, 3), moved(m_.mesh.n_vertices(), 1);
         for (int round = 0; round < kMaxRounds; ++round) {
             current_progress().check();
-            if (!check_faces(moved, open)) return true;
+            if (!check_faces(moved, open)) return {};
             std::fill(moved.begin(), moved.end(), 0);
             bool any = false;
             for (std::size_t f = 0; f < n; ++f) {
@@ -46,9 +46,15 @@ public:
             }
             for (std::size_t v = 0; v < moved.size(); ++v)
                 if (moved[v] != 0) any = widen(v, moved[v]) || any;
-            if (!any) return false;
+            if (!any) break;
         }
-        return false;
+        std::vector<std::int32_t> failed;
+        for (std::size_t part = 0; part + 1 < fine_.first_face.size(); ++part)
+            if (std::any_of(open.begin() + fine_.first_face[part],
+                            open.begin() + fine_.first_face[part + 1],
+                            [](char sides) { return sides != 0; }))
+                failed.push_back(static_cast<std::int32_t>(part));
+        return failed;
     }
 
     void report(Certificate& c) const
@@ -100,15 +106,21 @@ private:
                     offset_[v][side] =
                         std::max(offset_[v][side], 1.01 * fine_.distance[f][side] + rounding_[v]);
         for (std::size_t v = 0; v < offset_.size(); ++v) {
-            const double most = tolerance_ / norm(fine_.direction[v]);
+            const double most = largest(v);
             for (double& a : offset_[v]) a = std::min(a, most);
         }
+    }
+
+    // No share of the bound passes the tolerance, not by rounding either.
+    double largest(std::size_t v) const
+    {
+        return tolerance_ * (1.0 - 1e-14) / norm(fine_.direction[v]);
     }
 
     bool widen(std::size_t v, int sides)
     {
         bool changed = false;
-        const double most = tolerance_ / norm(fine_.direction[v]);
+        const double most = largest(v);
         for (const std::size_t side : {0u, 1u}) {
             double& a = offset_[v][side];
             if ((sides >> side & 1) == 0 || a >= most) continue;
@@ -223,19 +235,26 @@ int winding_number(const IndexedMesh& mesh, const Vec3& p)
 
 }  // namespace
 
-std::optional<Certificate> certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
-                                          const FineMesh& fine, const SignFormula& formula,
-                                          const std::vector<SurfaceForm>& forms, double tolerance)
+Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
+                           const FineMesh& fine, const SignFormula& formula,
+                           const std::vector<SurfaceForm>& forms, double tolerance)
 {
-    Offsets offsets(fine, formula, forms, tolerance);
-    if (!offsets.grow()) return std::nullopt;
-    const IndexedMesh outer = offsets.mesh(0), inner = offsets.mesh(1);
-    for (const std::int32_t v : one_of_each(coarse.mesh))
-        if (winding_number(outer, sandwich.inner.vertices[v]) != 1 ||
-            winding_number(inner, sandwich.outer.vertices[v]) != 0)
-            return std::nullopt;
     Certificate c;
-    offsets.report(c);
+    Offsets offsets(fine, formula, forms, tolerance);
+    c.failed_faces = offsets.grow();
+    if (c.failed_faces.empty()) {
+        const IndexedMesh outer = offsets.mesh(0), inner = offsets.mesh(1);
+        for (const std::int32_t v : one_of_each(coarse.mesh)) {
+            if (winding_number(outer, sandwich.inner.vertices[v]) == 1 &&
+                winding_number(inner, sandwich.outer.vertices[v]) == 0)
+                continue;
+            c.failed_faces.resize(coarse.mesh.n_faces());
+            std::iota(c.failed_faces.begin(), c.failed_faces.end(), 0);
+            break;
+        }
+    }
+    c.n_failed = static_cast<std::int64_t>(c.failed_faces.size());
+    if (c.n_failed == 0) offsets.report(c);
     return c;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "genus/model/certificate.h"
 #include "genus/model/fine_mesh.h"
 #include "genus/model/sign_formula.h"
@@ -24,10 +22,12 @@ namespace genus {
 /// one point of each. Where it is 1, and that of N- round M+ likewise 0, the sweep of N- to N+
 /// passes over q, and q is within the bound of the fine mesh.
 ///
-/// Nothing, if signs are not shown within `tolerance`. That the fine mesh does not cross itself is
-/// for others to check. O(faces), for each face the surfaces that decide near it.
-std::optional<Certificate> certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
-                                          const FineMesh& fine, const SignFormula& formula,
-                                          const std::vector<SurfaceForm>& forms, double tolerance);
+/// `failed_faces` are those faces of the coarse mesh in which signs are not shown within
+/// `tolerance`, or all if a number of turns is wrong; then nothing is proven. That the fine mesh
+/// does not cross itself is for others to check. O(faces), for each face the surfaces that decide
+/// near it.
+Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
+                           const FineMesh& fine, const SignFormula& formula,
+                           const std::vector<SurfaceForm>& forms, double tolerance);
 
 }  // namespace genus

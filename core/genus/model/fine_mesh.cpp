@@ -70,21 +70,23 @@ public:
         return sum;
     }
 
-    // False if a point cannot be placed or directed.
-    bool run()
+    // Returns the faces at edges with a point that cannot be placed or directed.
+    std::vector<std::int32_t> run()
     {
         points_.resize(table_.n_edges());
-        std::atomic<bool> good{true};
+        std::vector<char> bad(table_.n_edges(), 0);
         parallel_for(table_.n_edges(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t e = begin; e < end && good; ++e)
-                if (!cut(e)) good = false;
+            for (std::size_t e = begin; e < end; ++e) bad[e] = cut(e) ? 0 : 1;
         });
-        if (!good) return false;
+        std::vector<std::int32_t> stuck;
+        for (std::size_t e = 0; e < bad.size(); ++e)
+            for (std::int64_t i = table_.starts[e]; bad[e] != 0 && i < table_.starts[e + 1]; ++i)
+                stuck.push_back(table_.sides[i] / 3);
         first_.resize(points_.size() + 1);
         first_[0] = static_cast<std::int64_t>(m_.mesh.n_vertices());
         for (std::size_t e = 0; e < points_.size(); ++e)
             first_[e + 1] = first_[e] + static_cast<std::int64_t>(points_[e].size());
-        return true;
+        return stuck;
     }
 
     std::int64_t n_vertices() const { return first_.back(); }
@@ -381,9 +383,9 @@ private:
     std::int32_t n_border_ = 0;
 };
 
-// The shortest way out of all surfaces at each vertex.
-std::optional<std::vector<Vec3>> corner_directions(const SurfaceMesh& m,
-                                                   const std::vector<SurfaceForm>& forms)
+// The shortest way out of all surfaces at each vertex; faces at vertices without one are stuck.
+std::vector<Vec3> corner_directions(const SurfaceMesh& m, const std::vector<SurfaceForm>& forms,
+                                    std::vector<std::int32_t>& stuck)
 {
     std::vector<std::vector<std::int32_t>> labels(m.mesh.n_vertices());
     for (std::size_t f = 0; f < m.mesh.n_faces(); ++f)
@@ -398,21 +400,27 @@ std::optional<std::vector<Vec3>> corner_directions(const SurfaceMesh& m,
             normals.push_back(outward(forms, label, m.mesh.vertices[v]));
         const std::vector<double> ones(normals.size(), 1.0);
         const auto d = shortest_direction(normals, ones);
-        if (!d || !(norm(*d) < kLongestWay)) return std::nullopt;
-        directions[v] = *d;
+        if (d && norm(*d) < kLongestWay) directions[v] = *d;
     }
+    for (std::size_t f = 0; f < m.mesh.n_faces(); ++f)
+        for (const std::int32_t v : m.mesh.faces[f])
+            if (directions[v] == Vec3{}) {
+                stuck.push_back(static_cast<std::int32_t>(f));
+                break;
+            }
     return directions;
 }
 
 }  // namespace
 
-std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
-                                   double tolerance, std::int64_t max_triangles)
+FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
+                    double tolerance, std::int64_t max_triangles)
 {
     const double limit = kEdgeShare * tolerance;
-    const auto directions = corner_directions(coarse, forms);
-    if (!directions) return std::nullopt;
-    CutEdges edges(coarse, forms, *directions, limit);
+    FineMesh fine;
+    const std::vector<Vec3> directions = corner_directions(coarse, forms, fine.stuck);
+    if (!fine.stuck.empty()) return fine;
+    CutEdges edges(coarse, forms, directions, limit);
     constexpr double kFar = 8.0;  // the guess is trusted to this factor
     if (const double expected = edges.expected(), most = static_cast<double>(max_triangles);
         !(expected <= kFar * most))
@@ -420,7 +428,8 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
                                   " million triangles are needed, max_triangles is " +
                                   std::to_string(max_triangles),
                               tolerance, tolerance * expected / most, {});
-    if (!edges.run()) return std::nullopt;
+    fine.stuck = edges.run();
+    if (!fine.stuck.empty()) return fine;
 
     const TriangleSides sides(coarse.mesh);
     const std::size_t n = coarse.mesh.n_faces();
@@ -431,7 +440,7 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
         std::int64_t first_vertex = 0;
     };
     std::vector<Part> parts(n);
-    std::atomic<bool> good{true};
+    std::vector<char> bad(n, 0);
     std::atomic<std::int64_t> n_triangles{0};
     const auto border_of = [&](std::size_t f, auto&& take) {
         for (std::int32_t i = 0; i < 3; ++i) {
@@ -439,7 +448,7 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
             const std::size_t e = static_cast<std::size_t>(edges.edge(side));
             const auto count = static_cast<std::int32_t>(edges.points(e).size());
             take(sides.from(side),
-                 Point{coarse.mesh.vertices[sides.from(side)], (*directions)[sides.from(side)]});
+                 Point{coarse.mesh.vertices[sides.from(side)], directions[sides.from(side)]});
             for (std::int32_t k = 0; k < count; ++k) {
                 const std::int32_t at = edges.runs_along(side) ? k : count - 1 - k;
                 take(static_cast<std::int32_t>(edges.first(e)) + at, edges.points(e)[at]);
@@ -447,7 +456,7 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
         }
     };
     parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end && good; ++f) {
+        for (std::size_t f = begin; f < end; ++f) {
             current_progress().check();
             std::vector<Point> border;
             border_of(f, [&](std::int32_t, const Point& p) { border.push_back(p); });
@@ -457,8 +466,8 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
                                     edges.points(edges.edge(sides.first(f) + i)).size());
             CutFace cut(forms, coarse.surface_of_face[f], limit, max_triangles);
             if (!cut.run(std::move(border), pieces)) {
-                good = false;
-                break;
+                bad[f] = 1;
+                continue;
             }
             parts[f].inner.assign(cut.points().begin() + cut.n_border(), cut.points().end());
             parts[f].faces = std::move(cut.faces());
@@ -469,9 +478,10 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
                                       tolerance, std::numeric_limits<double>::infinity(), {});
         }
     });
-    if (!good) return std::nullopt;
+    for (std::size_t f = 0; f < n; ++f)
+        if (bad[f] != 0) fine.stuck.push_back(static_cast<std::int32_t>(f));
+    if (!fine.stuck.empty()) return fine;
 
-    FineMesh fine;
     fine.first_face.assign(n + 1, 0);
     std::int64_t n_vertices = edges.n_vertices();
     for (std::size_t f = 0; f < n; ++f) {
@@ -495,7 +505,7 @@ std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<
         s.surfaces_of_vertex[v] = on;
     };
     for (std::size_t v = 0; v < coarse.mesh.n_vertices(); ++v)
-        put(static_cast<std::int64_t>(v), {coarse.mesh.vertices[v], (*directions)[v]},
+        put(static_cast<std::int64_t>(v), {coarse.mesh.vertices[v], directions[v]},
             coarse.surfaces_of_vertex[v]);
     for (std::size_t e = 0; e < edges.n_edges(); ++e)
         for (std::size_t k = 0; k < edges.points(e).size(); ++k)

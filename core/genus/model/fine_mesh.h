@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
@@ -20,6 +19,8 @@ struct FineMesh {
     std::vector<std::array<double, 2>> distance;
     /// Faces `first_face[f] .. first_face[f + 1] - 1` are those of face f of the coarse mesh.
     std::vector<std::int64_t> first_face;
+    /// Faces of the coarse mesh that could not be cut; if there are any, the rest is not filled.
+    std::vector<std::int32_t> stuck;
 };
 
 /// Cuts a closed mesh, vertices on their surfaces, until edges are within 0.85 `tolerance` of
@@ -29,9 +30,10 @@ struct FineMesh {
 /// faces where the surface is straight one way, and no more points than the curvature asks for. A
 /// face that is still too far from its surface gets a vertex in the middle.
 ///
-/// Nothing, if a point cannot be put on its surface or surfaces at a corner have no common way out.
-/// Throws ToleranceNotMet beyond `max_triangles`. O(triangles made); independent of threads.
-std::optional<FineMesh> cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
-                                   double tolerance, std::int64_t max_triangles);
+/// A face is stuck if a point cannot be put on its surface, or if surfaces at a corner have no
+/// common way out. Throws ToleranceNotMet beyond `max_triangles`. O(triangles made); independent of
+/// threads.
+FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
+                    double tolerance, std::int64_t max_triangles);
 
 }  // namespace genus

@@ -39,7 +39,7 @@ constexpr double kTighter = 0.6;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 8.0;
-constexpr int kSettleRounds = 2;
+constexpr int kQuickAttempts = 4;
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
@@ -85,35 +85,47 @@ public:
 
     void run()
     {
+        if (kSandwichWidth * cube_.diagonal() >= kLeastSandwich * result_.tolerance &&
+            meshed(kQuickAttempts, [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
+            return;
+        if (!meshed(kMaxAttempts, [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
+            give_up("the tolerance was not reached");
+    }
+
+private:
+    // Cells are made finer where `attempt` leaves trouble, until it succeeds. False if it does not
+    // within that number of times.
+    template <class Attempt>
+    bool meshed(int attempts, const Attempt& succeeds)
+    {
         CellMesher mesher(formula_, forms_, cube_);
         CellDemands demands;
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
         demands.touch = kTouch * result_.tolerance;
         std::size_t work = 0, budget = 0;
-        for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
-            current_progress().report("mesh", static_cast<double>(attempt) / kMaxAttempts);
+        for (int attempt = 0; attempt < attempts; ++attempt) {
+            current_progress().report("mesh", static_cast<double>(attempt) / attempts);
             mesher.refine(demands, 4 * options_.max_triangles + 1000);
             SurfaceMesh mesh = mesher.extract();
             const bool closed = separate_fans(mesh);
             clock_.end("mesh");
             budget += kFacesAttempt + (attempt == 0 ? kGrowthOfFaces * mesh.mesh.n_faces() : 0);
             work += mesh.mesh.n_faces();
-            if (work > budget) break;
+            if (work > budget) return false;
             trouble_ = {{cube_, 0.0}};
-            if (closed && reach_tolerance(mesh)) {
+            if (closed && succeeds(mesh)) {
                 finish(std::move(mesh));
-                return;
+                return true;
             }
             if (closed)
                 demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
             else  // other cells everywhere, so that the same roundings do not meet again
                 demands.min_cosine_several = 0.5 + 0.5 * demands.min_cosine_several;
         }
-        give_up("the tolerance was not reached");
+        return false;
     }
 
-private:
     // Brings a mesh with the right combination of faces to the tolerance and through all checks.
     // Where that fails, `trouble_` says where.
     bool reach_tolerance(SurfaceMesh& surface)
@@ -122,7 +134,6 @@ private:
         coarsen(rough, forms_);
         surface = rough.release();
         settle(surface, forms_);
-        if (cut_within_sandwich(surface)) return true;
         std::vector<double> factors;
         double failed_before = kInfinity;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
@@ -157,41 +168,57 @@ private:
 
     // The short way to a tolerance far below the size of the features: a certificate for a mesh
     // much coarser, within which a mesh is then cut finely. Where that fails, `surface` is as
-    // before.
+    // before and `trouble_` says where cells should be finer.
     bool cut_within_sandwich(SurfaceMesh& surface)
     {
         const double width = kSandwichWidth * cube_.diagonal();
-        if (!(width >= kLeastSandwich * result_.tolerance)) return false;
         SurfaceMesh coarse = surface;
         make_coarse(coarse, width);
         clock_.end("refine");
         Sandwich sandwich;
-        const Certificate proof = certify(coarse, formula_, forms_, cube_, width, &sandwich);
-        const bool sound =
-            proof.n_failed == 0 && doubtful_prisms(coarse, sandwich, formula_, forms_).empty();
+        Certificate c = prove(coarse, width, sandwich);
         clock_.end("certify");
-        if (!sound) return false;
-        auto fine = cut_finely(coarse, forms_, result_.tolerance, options_.max_triangles);
+        if (c.n_failed > 0 || !c.failed_faces.empty()) {
+            note_trouble(coarse, c);
+            return false;
+        }
+        FineMesh fine = cut_finely(coarse, forms_, result_.tolerance, options_.max_triangles);
         clock_.end("refine");
-        if (!fine) return false;
-        const auto c = certify_within(sandwich, coarse, *fine, formula_, forms_, result_.tolerance);
+        c.failed_faces = fine.stuck;
+        if (fine.stuck.empty())
+            c = certify_within(sandwich, coarse, fine, formula_, forms_, result_.tolerance);
         clock_.end("certify");
-        if (!c || !passes(fine->surface, *c)) return false;
-        surface = std::move(fine->surface);
+        if (!c.failed_faces.empty()) {
+            note_trouble(coarse, c);
+            return false;
+        }
+        if (!passes(fine.surface, c)) return false;
+        surface = std::move(fine.surface);
+        result_.explanation.add(
+            "faces proven through those of a coarser mesh",
+            static_cast<std::int64_t>(surface.mesh.n_faces() - coarse.mesh.n_faces()), "faces");
         return true;
+    }
+
+    // A sandwich is to be thick for the way from surface to mesh, and thin for its fibres.
+    Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich) const
+    {
+        Certificate c;
+        for (const double thickness : {0.125, 0.02}) {
+            sandwich.thickness = thickness;
+            c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
+            if (c.n_failed > 0) return c;
+            c.failed_faces = doubtful_prisms(coarse, sandwich, formula_, forms_);
+            if (c.failed_faces.empty()) return c;
+        }
+        return c;
     }
 
     // All vertices on their surfaces, and curves flat beside the faces along them.
     void make_coarse(SurfaceMesh& coarse, double width) const
     {
+        settle_all(coarse, forms_, kUnsettled * result_.tolerance);
         FlexibleMesh mesh(std::move(coarse));
-        for (int round = 0; round < kSettleRounds; ++round) {
-            coarsen(mesh, forms_);
-            coarse = mesh.release();
-            settle(coarse, forms_);
-            mesh = FlexibleMesh(std::move(coarse));
-            drop_unsettled(mesh, forms_, kUnsettled * result_.tolerance);
-        }
         std::vector<double> factors;
         subdivide(mesh, forms_, kEdgeShare * width, factors, options_.max_triangles,
                   {kCreaseShare, kFlatCrease * result_.tolerance});

@@ -526,6 +526,20 @@ private:
     std::vector<Box3> places_;
 };
 
+void drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double far)
+{
+    Shaper shaper(mesh, forms);
+    for (std::int32_t v = 0; v < static_cast<std::int32_t>(mesh.n_vertices()); ++v) {
+        if (!mesh.exists(v)) continue;
+        double most = 0.0;
+        for (const std::int32_t s : mesh.surfaces(v))
+            if (s >= 0)
+                most = std::max(most, std::fabs(forms[s].value(mesh.point(v))) /
+                                          norm(forms[s].gradient(mesh.point(v))));
+        if (most > far) shaper.try_drop(v);
+    }
+}
+
 }  // namespace
 
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
@@ -547,20 +561,18 @@ void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
     }
 }
 
-std::int64_t drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double far)
+void settle_all(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms, double far)
 {
-    Shaper shaper(mesh, forms);
-    std::int64_t left = 0;
-    for (std::int32_t v = 0; v < static_cast<std::int32_t>(mesh.n_vertices()); ++v) {
-        if (!mesh.exists(v)) continue;
-        double most = 0.0;
-        for (const std::int32_t s : mesh.surfaces(v))
-            if (s >= 0)
-                most = std::max(most, std::fabs(forms[s].value(mesh.point(v))) /
-                                          norm(forms[s].gradient(mesh.point(v))));
-        if (most > far && !shaper.try_drop(v)) ++left;
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds; ++round) {
+        FlexibleMesh rough(std::move(mesh));
+        coarsen(rough, forms);
+        mesh = rough.release();
+        settle(mesh, forms);
+        FlexibleMesh settled(std::move(mesh));
+        drop_unsettled(settled, forms, far);
+        mesh = settled.release();
     }
-    return left;
 }
 
 std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,

@@ -24,9 +24,9 @@ std::int64_t settle(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms);
 /// better shapes. Cells cut surfaces anyhow, so without this a mesh is full of slivers.
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms);
 
-/// Collapses vertices that are farther than `far` from a surface they stand on into a neighbour.
-/// Returns the number of those that fit nowhere.
-std::int64_t drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double far);
+/// Coarsens and settles, and collapses vertices into a neighbour that are still farther than `far`
+/// from a surface they stand on; twice, as room is made by that.
+void settle_all(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms, double far);
 
 /// Halves edges at exact points until the middle of none is farther than `max_error` from its
 /// surface or curve, or than `max_error` times the least factor of its ends where `factors` (one a

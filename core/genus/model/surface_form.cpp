@@ -171,6 +171,34 @@ Interval exact_range(const std::array<double, 6>& b)
     return range;
 }
 
+// Range of s^2 - t over a triangle: exactly that of the quadratic with the same values at corners
+// and middles of sides, and the hull of what is left, which falls with the third power of the size.
+Interval torus_range(const std::array<double, 10>& s, const std::array<double, 10>& t,
+                     const std::array<Vec3, 3>& p)
+{
+    const Tables<3>& table = tables<3>();
+    const auto bs = coefficients<3>(s, p), bt = coefficients<3>(t, p);
+    std::array<double, 6> q{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t at = table.pair[i][i];
+        q[at] = bs[at] * bs[at] - bt[at];
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3, ij = table.pair[i][j];
+        const std::size_t ii = table.pair[i][i], jj = table.pair[j][j];
+        const double sm = 0.25 * (bs[ii] + 2.0 * bs[ij] + bs[jj]);
+        const double tm = 0.25 * (bt[ii] + 2.0 * bt[ij] + bt[jj]);
+        q[ij] = 2.0 * (sm * sm - tm) - 0.5 * (q[ii] + q[jj]);
+    }
+    std::array<double, Tables<3>::kQuartic> rest{};
+    for (std::size_t i = 0; i < bs.size(); ++i)
+        for (std::size_t j = 0; j < bs.size(); ++j)
+            rest[table.slot[i][j]] += table.weight[i][j] * (bs[i] * bs[j] - bt[i] - q[i]);
+    const auto [lo, hi] = std::minmax_element(rest.begin(), rest.end());
+    const Interval range = exact_range(q);
+    return {range.lo + *lo, range.hi + *hi};
+}
+
 template <class Coefficients>
 Interval hull_of(const Coefficients& b, double scale, double slack)
 {
@@ -255,7 +283,12 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
         const double margin = slack_ + 1e-9 * (hull.hi - hull.lo);
         return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
     }
-    return hull_of(torus_coefficients<3>(s_, t_, p), scale_, slack_);
+    const Interval hull = hull_of(torus_coefficients<3>(s_, t_, p), scale_, slack_);
+    if (hull.lo > 0.0 || hull.hi < 0.0) return hull;
+    const Interval range = torus_range(s_, t_, p);
+    const double margin = slack_ + 1e-9 * (hull.hi - hull.lo);
+    return {std::max(hull.lo, scale_ * range.lo - margin),
+            std::min(hull.hi, scale_ * range.hi + margin)};
 }
 
 Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const

@@ -1,0 +1,200 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "genus/base/error.h"
+#include "genus/mesh/topology.h"
+#include "genus/mesh/validate.h"
+#include "genus/model/certificate.h"
+#include "genus/model/fibres.h"
+#include "genus/model/fine_certificate.h"
+#include "genus/model/fine_mesh.h"
+#include "genus/model/refine.h"
+#include "genus/model/solid.h"
+
+namespace genus {
+namespace {
+
+// The steps from a solid to a coarse mesh with its sandwich.
+struct Coarse {
+    explicit Coarse(const Solid& solid, double width)
+        : field(solid), formula(field), cube(cell_cube(solid.bounds()))
+    {
+        for (const Surface& s : field.surfaces()) forms.emplace_back(s, cube);
+        CellMesher mesher(formula, forms, cube);
+        CellDemands demands;
+        demands.max_error = cube.diagonal();
+        demands.touch = 0.0025;
+        mesher.refine(demands, 1'000'000);
+        mesh = mesher.extract();
+        EXPECT_TRUE(separate_fans(mesh));
+        settle_all(mesh, forms, 1e-4);
+        FlexibleMesh flexible(std::move(mesh));
+        std::vector<double> factors;
+        subdivide(flexible, forms, 0.5 * width, factors, 100'000, {0.15, 0.0005});
+        mesh = flexible.release();
+        proof = certify(mesh, formula, forms, cube, width, &sandwich);
+    }
+
+    CsgField field;
+    SignFormula formula;
+    Box3 cube;
+    std::vector<SurfaceForm> forms;
+    SurfaceMesh mesh;
+    Sandwich sandwich;
+    Certificate proof;
+};
+
+Solid bored_ball()
+{
+    return subtract({sphere(10), cylinder(40, 3, 3, true)});
+}
+
+TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
+{
+    const Coarse c(bored_ball(), 0.4);
+    for (const double tolerance : {0.04, 0.01, 0.0025}) {
+        SCOPED_TRACE(tolerance);
+        const FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+        ASSERT_TRUE(fine.stuck.empty());
+        const IndexedMesh& mesh = fine.surface.mesh;
+        EXPECT_TRUE(validate(mesh).ok());
+        EXPECT_EQ(topology(mesh).euler, 0);
+        ASSERT_EQ(fine.first_face.size(), c.mesh.mesh.n_faces() + 1);
+        EXPECT_EQ(fine.first_face.back(), static_cast<std::int64_t>(mesh.n_faces()));
+        for (std::size_t f = 0; f < mesh.n_faces(); ++f)
+            EXPECT_LE(std::max(fine.distance[f][0], fine.distance[f][1]), tolerance);
+        for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
+            for (const std::int32_t s : fine.surface.surfaces_of_vertex[v])
+                if (s >= 0) {
+                    EXPECT_LE(std::fabs(c.forms[s].value(mesh.vertices[v])), c.forms[s].slack());
+                }
+    }
+}
+
+TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
+{
+    // Sagitta r h^2 / 8: a quarter of the tolerance takes four times the faces.
+    const Coarse c(sphere(10), 0.4);
+    const auto faces = [&](double tolerance) {
+        return static_cast<double>(
+            cut_finely(c.mesh, c.forms, tolerance, 10'000'000).surface.mesh.n_faces());
+    };
+    const double few = faces(0.002), many = faces(0.0005);
+    EXPECT_NEAR(many / few, 4.0, 0.4);
+    // Equilateral faces whose middle is off by the tolerance t have sides of sqrt(6 r t).
+    const double least = 4.0 * 3.14159 * 100.0 / (std::sqrt(0.1875) * 6.0 * 10.0 * 0.0005);
+    EXPECT_LE(many, 3.0 * least);
+    // Rulings of a cylinder need no vertices: its faces grow with the root of that.
+    const Coarse pipe(cylinder(20, 5, 5, true), 0.4);
+    const auto pipe_faces = [&](double tolerance) {
+        return static_cast<double>(
+            cut_finely(pipe.mesh, pipe.forms, tolerance, 10'000'000).surface.mesh.n_faces());
+    };
+    EXPECT_LT(pipe_faces(0.0005) / pipe_faces(0.002), 4.4);
+}
+
+TEST(FineMesh, StopsAtTheLimit)
+{
+    const Coarse c(sphere(10), 0.4);
+    EXPECT_THROW(cut_finely(c.mesh, c.forms, 1e-9, 100'000), ToleranceNotMet);
+    EXPECT_THROW(cut_finely(c.mesh, c.forms, 1e-3, 10'000), ToleranceNotMet);
+}
+
+TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
+{
+    for (const Solid& solid :
+         {bored_ball(), unite({sphere(5), transformed(cylinder(20, 2, 2, true), rotation_x(30))}),
+          intersect(
+              {cylinder(20, 4, 4, true), transformed(cylinder(20, 3, 3, true), rotation_x(90))})}) {
+        const Coarse c(solid, 0.2);
+        ASSERT_EQ(c.proof.n_failed, 0);
+        EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms).empty());
+        const double tolerance = 0.01;
+        const FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+        ASSERT_TRUE(fine.stuck.empty());
+        const Certificate short_way =
+            certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance);
+        ASSERT_EQ(short_way.n_failed, 0);
+        const Certificate long_way = certify(fine.surface, c.formula, c.forms, c.cube, tolerance);
+        EXPECT_EQ(long_way.n_failed, 0);
+        EXPECT_LE(short_way.bound, tolerance);
+        EXPECT_NEAR(short_way.bound / long_way.bound, 1.0, 0.25);
+    }
+}
+
+TEST(FineCertificate, RefusesAMeshThatIsOff)
+{
+    const Coarse c(bored_ball(), 0.4);
+    const double tolerance = 0.01;
+    FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+    ASSERT_TRUE(fine.stuck.empty());
+    // A vertex inside a face, three tolerances out.
+    std::size_t v = 0;
+    while (fine.surface.surfaces_of_vertex[v][1] >= 0) ++v;
+    fine.surface.mesh.vertices[v] += 3.0 * tolerance * fine.direction[v];
+    const Certificate off = certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance);
+    EXPECT_GT(off.n_failed, 0);
+    std::set<std::int32_t> expected;
+    for (std::size_t f = 0; f < c.mesh.mesh.n_faces(); ++f)
+        for (std::int64_t k = fine.first_face[f]; k < fine.first_face[f + 1]; ++k)
+            for (const std::int32_t corner : fine.surface.mesh.faces[k])
+                if (corner == static_cast<std::int32_t>(v))
+                    expected.insert(static_cast<std::int32_t>(f));
+    for (const std::int32_t f : off.failed_faces) EXPECT_TRUE(expected.count(f)) << f;
+}
+
+TEST(FineCertificate, CountsTurns)
+{
+    // The fine mesh inside out: signs hold nowhere.
+    const Coarse c(sphere(10), 0.4);
+    FineMesh fine = cut_finely(c.mesh, c.forms, 0.01, 1'000'000);
+    ASSERT_TRUE(fine.stuck.empty());
+    for (Triangle& t : fine.surface.mesh.faces) std::swap(t[1], t[2]);
+    const Certificate turned = certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, 0.01);
+    EXPECT_EQ(turned.n_failed, static_cast<std::int64_t>(c.mesh.mesh.n_faces()));
+}
+
+TEST(Fibres, ThickPrismsRoundACurveAreDoubtful)
+{
+    // M+ and M- a whole radius from a bore: fibres leave the solid into the bore and enter again.
+    const Coarse c(bored_ball(), 0.4);
+    EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms).empty());
+    Sandwich thick = c.sandwich;
+    for (std::size_t v = 0; v < c.mesh.mesh.n_vertices(); ++v) {
+        const Vec3& p = c.mesh.mesh.vertices[v];
+        thick.outer.vertices[v] = p + 30.0 * (c.sandwich.outer.vertices[v] - p);
+        thick.inner.vertices[v] = p + 30.0 * (c.sandwich.inner.vertices[v] - p);
+    }
+    EXPECT_FALSE(doubtful_prisms(c.mesh, thick, c.formula, c.forms).empty());
+}
+
+TEST(SurfaceForm, SlopesRangesAndRootsHold)
+{
+    const Box3 box{{{-8, -8, -8}}, {{8, 8, 8}}};
+    const CsgField field(unite({sphere(3), torus(5, 1), cylinder(4, 2, 1)}));
+    for (const Surface& surface : field.surfaces()) {
+        const SurfaceForm form(surface, box);
+        const std::vector<Vec3> hull{
+            {{1, 2, 0.5}}, {{1.2, 2.1, 0.4}}, {{0.9, 2.2, 0.7}}, {{1.1, 1.9, 0.9}}};
+        const Vec3 way{{0.2, 0.9, 0.1}};
+        const Interval range = form.range(std::span<const Vec3>(hull));
+        const double slope = form.least_slope(hull, way, 1.0);
+        for (int i = 0; i <= 8; ++i)
+            for (int j = 0; i + j <= 8; ++j)
+                for (int k = 0; i + j + k <= 8; ++k) {
+                    const Vec3 p =
+                        (i * hull[0] + j * hull[1] + k * hull[2] + (8 - i - j - k) * hull[3]) / 8.0;
+                    EXPECT_LE(range.lo, form.value(p));
+                    EXPECT_GE(range.hi, form.value(p));
+                    EXPECT_LE(slope, dot(form.gradient(p), way));
+                }
+        if (const auto t = form.root_along(hull[0], way)) {
+            EXPECT_LE(std::fabs(form.value(hull[0] + *t * way)), form.slack());
+        }
+    }
+}
+
+}  // namespace
+}  // namespace genus
