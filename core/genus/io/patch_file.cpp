@@ -99,6 +99,9 @@ private:
                             what + " has " + std::to_string(p.size()) + " numbers, not 3 or 4"};
         if (i > 0 && (p.size() == 4) != (weights.size() == i))
             throw TextFault{start_, what + " has a weight, others none, or the other way round"};
+        if (p.size() == 4 && !(p[3] > 0.0))
+            throw TextFault{
+                start_, "the weight of " + what + " is " + to_text(p[3]) + ", must be positive"};
         points.push_back({{p[0], p[1], p[2]}});
         if (p.size() == 4) weights.push_back(p[3]);
     }

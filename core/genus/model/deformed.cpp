@@ -39,8 +39,9 @@ public:
                 for (int k = 0; k < kCells; ++k) {
                     const Vec3 low{{double(i), double(j), double(k)}};
                     const Box3 stu{low / kCells, (low + Vec3{{1, 1, 1}}) / kCells};
-                    cells_.push_back(
-                        {lattice.image_of_local(stu), space_of(stu), lattice.global(stu.center())});
+                    const Vec3 middle = lattice.global(stu.center());
+                    cells_.push_back({lattice.image_of_local(stu), space_of(stu), middle,
+                                      lattice.apply(middle)});
                 }
     }
 
@@ -49,9 +50,13 @@ public:
     {
         // A border that rests keeps the lattice a map of its parallelepiped onto itself.
         if (rests_ && !in_unit_cube(lattice_.local(y))) return y;
+        // The nearest first: others may lead astray.
+        std::vector<std::pair<double, const Cell*>> near;
         for (const Cell& cell : cells_)
-            if (cell.image.contains(y))
-                if (const auto x = lattice_.solve(y, cell.middle)) return x;
+            if (cell.image.contains(y)) near.emplace_back(distance(cell.middle_image, y), &cell);
+        std::sort(near.begin(), near.end());
+        for (const auto& [far, cell] : near)
+            if (const auto x = lattice_.solve(y, cell->middle)) return x;
         return std::nullopt;
     }
 
@@ -70,7 +75,7 @@ private:
     static constexpr int kCells = 8;
     struct Cell {
         Box3 image, space;
-        Vec3 middle;
+        Vec3 middle, middle_image;
     };
 
     Box3 space_of(const Box3& stu) const

@@ -50,13 +50,14 @@ void place(const Transform& map, FreeformSource::Meshed& made)
     made.measured *= stretch;
 }
 
-// By marching cubes, the grid halved until what sampling finds leaves a third of the tolerance in
-// reserve.
+// By marching cubes, the grid made finer until what sampling finds leaves a third of the tolerance
+// in reserve.
 FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolerance,
                                      const MeshOptions& options)
 {
     constexpr double kReserve = 1.5;
-    constexpr int kMaxHalvings = 6;
+    constexpr int kAttempts = 16;
+    constexpr double kOtherGrid = 0.87;  // where features of one grid run into each other
     const auto field = source.field();
     if (!field)
         throw InvalidInput(source.describe() +
@@ -67,7 +68,7 @@ FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolera
     double cell = std::max({size[0], size[1], size[2]}) / 15.7;
     double reached = std::numeric_limits<double>::infinity();
     std::int64_t expected = 0;
-    for (int halvings = 0; halvings <= kMaxHalvings; ++halvings, cell *= 0.5) {
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
         if (expected > options.max_triangles) break;
         FreeformSource::Meshed made;
         if (options.method == MeshMethod::Mc) {
@@ -82,7 +83,14 @@ FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolera
         expected = 4 * static_cast<std::int64_t>(made.mesh.n_faces());
         made.measured = source.sampled_distance(made.mesh);
         reached = kReserve * made.measured;
-        if (!(reached <= tolerance) || !validate(made.mesh).ok()) continue;
+        if (!(reached <= tolerance)) {
+            cell *= 0.5;
+            continue;
+        }
+        if (!validate(made.mesh).ok()) {
+            cell *= kOtherGrid;
+            continue;
+        }
         made.bound = reached;
         return made;
     }
