@@ -2,6 +2,7 @@
 
 import gc
 import itertools
+import re
 
 import genus
 import numpy as np
@@ -367,3 +368,13 @@ def test_where_points_and_rays_are(sphere):
     open_sheet = genus.grid(2, 2).triangles()
     with pytest.raises(genus.InvalidInput, match="not closed"):
         open_sheet.contains(points)
+
+
+def test_the_examples_of_the_page_run(root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (root / "docs" / "meshes.md").read_text()
+    examples = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(examples) == 5
+    names = {}
+    for example in examples:
+        exec(compile(example, "meshes.md", "exec"), names)
