@@ -9,6 +9,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/patch/bulk.h"
+#include "genus/patch/control_points.h"
 
 namespace genus {
 
@@ -51,34 +52,18 @@ BezierCurve::BezierCurve(std::vector<Vec3> points, std::vector<double> weights)
 {
     require(!points_.empty() && points_.size() <= kMaxDegree + 1, "BezierCurve: number of points",
             static_cast<double>(points_.size()), "in [1, 513]");
-    require(weights_.empty() || weights_.size() == points_.size(), "BezierCurve: number of weights",
-            static_cast<double>(weights_.size()), "0 or that of the points");
-    for (const Vec3& p : points_) require(is_finite(p), "BezierCurve: a coordinate is not finite");
-    for (const double w : weights_)
-        require(w > 0.0 && std::isfinite(w), "BezierCurve: weight", w, "positive and finite");
+    control::check("BezierCurve", points_, weights_);
 }
 
 BezierCurve BezierCurve::from_homogeneous(std::span<const Vec4> points)
 {
-    std::vector<Vec3> p;
-    std::vector<double> w;
-    for (const Vec4& h : points) {
-        require(h[3] > 0.0, "BezierCurve: weight", h[3], "positive and finite");
-        p.push_back(project(h));
-        w.push_back(h[3]);
-    }
+    auto [p, w] = control::projected("BezierCurve", points);
     return BezierCurve(std::move(p), std::move(w));
 }
 
 std::vector<Vec4> BezierCurve::homogeneous() const
 {
-    std::vector<Vec4> h;
-    h.reserve(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        const double w = rational() ? weights_[i] : 1.0;
-        h.push_back({{points_[i][0] * w, points_[i][1] * w, points_[i][2] * w, w}});
-    }
-    return h;
+    return control::homogeneous(points_, weights_);
 }
 
 Vec3 BezierCurve::value(double t) const
@@ -607,17 +592,12 @@ NearestOnCurve BezierCurve::nearest(const Vec3& p, double tolerance) const
 
 Box3 BezierCurve::bounds() const
 {
-    Box3 box;
-    for (const Vec3& p : points_) box.add(p);
-    return box;
+    return control::bounds(points_);
 }
 
 BezierCurve transformed(const BezierCurve& curve, const Transform& map)
 {
-    require(map.is_affine(), "transformed: the map of a curve must be affine");
-    std::vector<Vec3> points;
-    for (const Vec3& p : curve.points()) points.push_back(apply(map, p));
-    return BezierCurve(std::move(points), curve.weights());
+    return BezierCurve(control::transformed(curve.points(), map), curve.weights());
 }
 
 std::vector<bernstein::Root> intersect_plane(const BezierCurve& curve, const Vec3& normal,

@@ -5,6 +5,7 @@
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/patch/bulk.h"
+#include "genus/patch/control_points.h"
 
 namespace genus {
 
@@ -69,36 +70,18 @@ BezierTriangle::BezierTriangle(int n, std::vector<Vec3> points, std::vector<doub
     require(n >= 0 && n <= kMaxDegree, "BezierTriangle: degree", n, "in [0, 512]");
     require(points_.size() == size_of(n), "BezierTriangle: number of points",
             static_cast<double>(points_.size()), "(n + 1) (n + 2) / 2");
-    require(weights_.empty() || weights_.size() == points_.size(),
-            "BezierTriangle: number of weights", static_cast<double>(weights_.size()),
-            "0 or that of the points");
-    for (const Vec3& p : points_)
-        require(is_finite(p), "BezierTriangle: a coordinate is not finite");
-    for (const double w : weights_)
-        require(w > 0.0 && std::isfinite(w), "BezierTriangle: weight", w, "positive and finite");
+    control::check("BezierTriangle", points_, weights_);
 }
 
 BezierTriangle BezierTriangle::from_homogeneous(int n, std::span<const Vec4> points)
 {
-    std::vector<Vec3> p;
-    std::vector<double> w;
-    for (const Vec4& h : points) {
-        require(h[3] > 0.0, "BezierTriangle: weight", h[3], "positive and finite");
-        p.push_back({{h[0] / h[3], h[1] / h[3], h[2] / h[3]}});
-        w.push_back(h[3]);
-    }
+    auto [p, w] = control::projected("BezierTriangle", points);
     return BezierTriangle(n, std::move(p), std::move(w));
 }
 
 std::vector<Vec4> BezierTriangle::homogeneous() const
 {
-    std::vector<Vec4> h;
-    h.reserve(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        const double w = rational() ? weights_[i] : 1.0;
-        h.push_back({{points_[i][0] * w, points_[i][1] * w, points_[i][2] * w, w}});
-    }
-    return h;
+    return control::homogeneous(points_, weights_);
 }
 
 Vec3 BezierTriangle::value(double u, double v) const
@@ -278,17 +261,13 @@ BezierTriangle BezierTriangle::elevated(int by) const
 
 Box3 BezierTriangle::bounds() const
 {
-    Box3 box;
-    for (const Vec3& p : points_) box.add(p);
-    return box;
+    return control::bounds(points_);
 }
 
 BezierTriangle transformed(const BezierTriangle& patch, const Transform& map)
 {
-    require(map.is_affine(), "transformed: the map of a patch must be affine");
-    std::vector<Vec3> points;
-    for (const Vec3& p : patch.points()) points.push_back(apply(map, p));
-    return BezierTriangle(patch.degree(), std::move(points), patch.weights());
+    return BezierTriangle(patch.degree(), control::transformed(patch.points(), map),
+                          patch.weights());
 }
 
 double c1_defect(const BezierTriangle& a, int ea, const BezierTriangle& b, int eb,

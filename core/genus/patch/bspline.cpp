@@ -9,6 +9,7 @@
 #include "genus/base/linear_solve.h"
 #include "genus/base/parallel.h"
 #include "genus/base/transform.h"
+#include "genus/patch/control_points.h"
 
 namespace genus {
 
@@ -238,11 +239,7 @@ BSpline::BSpline(std::vector<Vec3> points, KnotVector knots, std::vector<double>
 {
     require(points_.size() == at(knots_.n_points()), "BSpline: number of points",
             static_cast<double>(points_.size()), "number of knots - degree - 1");
-    require(weights_.empty() || weights_.size() == points_.size(), "BSpline: number of weights",
-            static_cast<double>(weights_.size()), "0 or that of the points");
-    for (const Vec3& p : points_) require(is_finite(p), "BSpline: a coordinate is not finite");
-    for (const double w : weights_)
-        require(w > 0.0 && std::isfinite(w), "BSpline: weight", w, "positive and finite");
+    control::check("BSpline", points_, weights_);
 }
 
 BSpline::BSpline(std::vector<Vec3> points, int degree)
@@ -262,13 +259,7 @@ BSpline BSpline::closed(const std::vector<Vec3>& ring, int degree)
 
 std::vector<Vec4> BSpline::homogeneous() const
 {
-    std::vector<Vec4> h;
-    h.reserve(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        const double w = rational() ? weights_[i] : 1.0;
-        h.push_back({{points_[i][0] * w, points_[i][1] * w, points_[i][2] * w, w}});
-    }
-    return h;
+    return control::homogeneous(points_, weights_);
 }
 
 namespace {
@@ -526,17 +517,12 @@ CurveLength BSpline::length(double tolerance) const
 
 Box3 BSpline::bounds() const
 {
-    Box3 box;
-    for (const Vec3& p : points_) box.add(p);
-    return box;
+    return control::bounds(points_);
 }
 
 BSpline transformed(const BSpline& curve, const Transform& map)
 {
-    require(map.is_affine(), "transformed: the map of a spline must be affine");
-    std::vector<Vec3> points;
-    for (const Vec3& p : curve.points()) points.push_back(apply(map, p));
-    return BSpline(std::move(points), curve.knots(), curve.weights());
+    return BSpline(control::transformed(curve.points(), map), curve.knots(), curve.weights());
 }
 
 std::vector<double> parameters(std::span<const Vec3> points, Parametrization kind, bool closed)

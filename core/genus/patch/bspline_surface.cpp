@@ -5,6 +5,7 @@
 
 #include "genus/base/error.h"
 #include "genus/base/transform.h"
+#include "genus/patch/control_points.h"
 
 namespace genus {
 
@@ -93,24 +94,12 @@ BSplineSurface::BSplineSurface(KnotVector knots_u, KnotVector knots_v, std::vect
     require(points_.size() == at(u_.n_points()) * at(v_.n_points()),
             "BSplineSurface: number of points", static_cast<double>(points_.size()),
             "the product of those of both knot vectors");
-    require(weights_.empty() || weights_.size() == points_.size(),
-            "BSplineSurface: number of weights", static_cast<double>(weights_.size()),
-            "0 or that of the points");
-    for (const Vec3& p : points_)
-        require(is_finite(p), "BSplineSurface: a coordinate is not finite");
-    for (const double w : weights_)
-        require(w > 0.0 && std::isfinite(w), "BSplineSurface: weight", w, "positive and finite");
+    control::check("BSplineSurface", points_, weights_);
 }
 
 std::vector<Vec4> BSplineSurface::homogeneous() const
 {
-    std::vector<Vec4> h;
-    h.reserve(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        const double w = rational() ? weights_[i] : 1.0;
-        h.push_back({{points_[i][0] * w, points_[i][1] * w, points_[i][2] * w, w}});
-    }
-    return h;
+    return control::homogeneous(points_, weights_);
 }
 
 SurfacePoint BSplineSurface::partials(double u, double v) const
@@ -305,18 +294,13 @@ std::vector<TensorPatch> BSplineSurface::bezier_patches() const
 
 Box3 BSplineSurface::bounds() const
 {
-    Box3 box;
-    for (const Vec3& p : points_) box.add(p);
-    return box;
+    return control::bounds(points_);
 }
 
 BSplineSurface transformed(const BSplineSurface& surface, const Transform& map)
 {
-    require(map.is_affine(), "transformed: the map of a surface must be affine");
-    std::vector<Vec3> points;
-    for (const Vec3& p : surface.points()) points.push_back(apply(map, p));
-    return BSplineSurface(surface.knots_u(), surface.knots_v(), std::move(points),
-                          surface.weights());
+    return BSplineSurface(surface.knots_u(), surface.knots_v(),
+                          control::transformed(surface.points(), map), surface.weights());
 }
 
 BSplineSurface surface_of_revolution(const BSpline& profile, double sweep)

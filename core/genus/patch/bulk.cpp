@@ -7,43 +7,16 @@
 
 #include "genus/patch/bernstein.h"
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define GENUS_WIDE_VECTORS 1
+#ifdef GENUS_WIDE_VECTORS
 #include <immintrin.h>
 #endif
-
-// Packs are passed between functions of one file only, where it does not matter how.
-#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace genus::bulk {
 
 namespace {
 
-namespace narrow {
-constexpr int kLanes = 2;
-using Pack = double __attribute__((vector_size(16)));
-inline Pack square_root(Pack x)
-{
-    return Pack{std::sqrt(x[0]), std::sqrt(x[1])};
-}
-#include "genus/patch/bulk_kernels.inc"
-}  // namespace narrow
-
-#ifdef GENUS_WIDE_VECTORS
-// AVX2 without fused multiply-add: the same bits, twice as many lanes.
-#pragma GCC push_options
-#pragma GCC target("avx2")
-namespace wide {
-constexpr int kLanes = 4;
-using Pack = double __attribute__((vector_size(32)));
-inline Pack square_root(Pack x)
-{
-    return _mm256_sqrt_pd(x);
-}
-#include "genus/patch/bulk_kernels.inc"
-}  // namespace wide
-#pragma GCC pop_options
-#endif
+#define GENUS_KERNELS "genus/patch/bulk_kernels.inc"
+#include "genus/patch/vector_widths.inc"
 
 std::atomic<bool> narrow_forced{false};
 
@@ -89,13 +62,6 @@ bool wide_vectors()
     return false;
 #endif
 }
-
-#ifdef GENUS_WIDE_VECTORS
-#define GENUS_DISPATCH(function, ...) \
-    (wide_vectors() ? wide::function(__VA_ARGS__) : narrow::function(__VA_ARGS__))
-#else
-#define GENUS_DISPATCH(function, ...) narrow::function(__VA_ARGS__)
-#endif
 
 void curve(const double* c, int n, int dim, const double* t, std::size_t count, double* out)
 {

@@ -2,6 +2,10 @@
 
 #include <cstddef>
 
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define GENUS_WIDE_VECTORS 1
+#endif
+
 // Inner loops over many parameters, internal to core. Every point is computed by the same
 // operations in the same order whatever the vector width: results have the same bits everywhere.
 namespace genus::bulk {

@@ -41,8 +41,8 @@ private:
 /// Image under an affine map; what was shared stays shared.
 PatchModel transformed(const PatchModel& model, const Transform& map);
 
-/// The same surfaces with u and v of some patches exchanged, so that neighbours have their fronts on
-/// one side and every closed surface has them outside. A surface that is not orientable keeps an
+/// The same surfaces with u and v of some patches exchanged, so that neighbours have their fronts
+/// on one side and every closed surface has them outside. A surface that is not orientable keeps an
 /// edge where fronts change sides.
 PatchModel oriented(const PatchModel& model);
 

@@ -5,6 +5,7 @@
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/patch/bulk.h"
+#include "genus/patch/control_points.h"
 
 namespace genus {
 
@@ -102,34 +103,18 @@ TensorPatch::TensorPatch(int m, int n, std::vector<Vec3> points, std::vector<dou
     require(n >= 0 && n <= kMaxDegree, "TensorPatch: degree in v", n, "in [0, 512]");
     require(points_.size() == at(m + 1) * at(n + 1), "TensorPatch: number of points",
             static_cast<double>(points_.size()), "(m + 1) (n + 1)");
-    require(weights_.empty() || weights_.size() == points_.size(), "TensorPatch: number of weights",
-            static_cast<double>(weights_.size()), "0 or that of the points");
-    for (const Vec3& p : points_) require(is_finite(p), "TensorPatch: a coordinate is not finite");
-    for (const double w : weights_)
-        require(w > 0.0 && std::isfinite(w), "TensorPatch: weight", w, "positive and finite");
+    control::check("TensorPatch", points_, weights_);
 }
 
 TensorPatch TensorPatch::from_homogeneous(int m, int n, std::span<const Vec4> points)
 {
-    std::vector<Vec3> p;
-    std::vector<double> w;
-    for (const Vec4& h : points) {
-        require(h[3] > 0.0, "TensorPatch: weight", h[3], "positive and finite");
-        p.push_back({{h[0] / h[3], h[1] / h[3], h[2] / h[3]}});
-        w.push_back(h[3]);
-    }
+    auto [p, w] = control::projected("TensorPatch", points);
     return TensorPatch(m, n, std::move(p), std::move(w));
 }
 
 std::vector<Vec4> TensorPatch::homogeneous() const
 {
-    std::vector<Vec4> h;
-    h.reserve(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        const double w = rational() ? weights_[i] : 1.0;
-        h.push_back({{points_[i][0] * w, points_[i][1] * w, points_[i][2] * w, w}});
-    }
-    return h;
+    return control::homogeneous(points_, weights_);
 }
 
 Vec3 TensorPatch::value(double u, double v) const
@@ -192,17 +177,31 @@ Vec3 TensorPatch::limit(double u, double v) const
     return limit_normal(a, au, av);
 }
 
+namespace {
+
+// Without normals where that span is empty.
+void run_bulk(const TensorPatch& patch, std::span<const double> u, std::span<const double> v,
+              std::span<Vec3> points, std::span<Vec3> normals)
+{
+    const std::vector<Vec4> h = patch.rational() ? patch.homogeneous() : std::vector<Vec4>();
+    const double* c = patch.rational() ? h[0].c.data() : patch.points()[0].c.data();
+    parallel_for(u.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+        bulk::tensor(c, patch.degree_u(), patch.degree_v(), patch.rational() ? 4 : 3,
+                     u.data() + begin, v.data() + begin, end - begin, points[begin].c.data(),
+                     normals.empty() ? nullptr : normals[begin].c.data());
+        for (std::size_t i = begin; i < end && !normals.empty(); ++i)
+            if (normals[i] == Vec3{}) normals[i] = patch.normal(u[i], v[i]);
+    });
+}
+
+}  // namespace
+
 void TensorPatch::evaluate(std::span<const double> u, std::span<const double> v,
                            std::span<Vec3> points) const
 {
     require(u.size() == v.size() && u.size() == points.size(),
             "TensorPatch::evaluate: u, v and points must be equally long");
-    const std::vector<Vec4> h = rational() ? homogeneous() : std::vector<Vec4>();
-    const double* c = rational() ? h[0].c.data() : points_[0].c.data();
-    parallel_for(u.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-        bulk::tensor(c, m_, n_, rational() ? 4 : 3, u.data() + begin, v.data() + begin, end - begin,
-                     points[begin].c.data(), nullptr);
-    });
+    run_bulk(*this, u, v, points, {});
 }
 
 void TensorPatch::evaluate(std::span<const double> u, std::span<const double> v,
@@ -212,14 +211,7 @@ void TensorPatch::evaluate(std::span<const double> u, std::span<const double> v,
             "TensorPatch::evaluate: u, v, points and normals must be equally long");
     if (m_ == 0 || n_ == 0)
         return elevated(m_ == 0 ? 1 : 0, n_ == 0 ? 1 : 0).evaluate(u, v, points, normals);
-    const std::vector<Vec4> h = rational() ? homogeneous() : std::vector<Vec4>();
-    const double* c = rational() ? h[0].c.data() : points_[0].c.data();
-    parallel_for(u.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-        bulk::tensor(c, m_, n_, rational() ? 4 : 3, u.data() + begin, v.data() + begin, end - begin,
-                     points[begin].c.data(), normals[begin].c.data());
-        for (std::size_t i = begin; i < end; ++i)
-            if (normals[i] == Vec3{}) normals[i] = normal(u[i], v[i]);
-    });
+    run_bulk(*this, u, v, points, normals);
 }
 
 BezierCurve TensorPatch::edge(int k) const
@@ -318,17 +310,13 @@ TensorPatch TensorPatch::transposed() const
 
 Box3 TensorPatch::bounds() const
 {
-    Box3 box;
-    for (const Vec3& p : points_) box.add(p);
-    return box;
+    return control::bounds(points_);
 }
 
 TensorPatch transformed(const TensorPatch& patch, const Transform& map)
 {
-    require(map.is_affine(), "transformed: the map of a patch must be affine");
-    std::vector<Vec3> points;
-    for (const Vec3& p : patch.points()) points.push_back(apply(map, p));
-    return TensorPatch(patch.degree_u(), patch.degree_v(), std::move(points), patch.weights());
+    return TensorPatch(patch.degree_u(), patch.degree_v(),
+                       control::transformed(patch.points(), map), patch.weights());
 }
 
 std::vector<std::vector<Vec3>> continuation(const TensorPatch& a, int order, double ratio)
