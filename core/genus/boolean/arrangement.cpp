@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <numeric>
+#include <span>
 #include <tuple>
-#include <unordered_map>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
@@ -117,7 +117,12 @@ struct Recipe {
     EdgeKey edge;
     EdgeKey other;  // a second edge, or a face number
     bool two_edges;
+    bool needless;  // only flat edges would make it, see is_needed
     auto operator<=>(const Recipe&) const = default;
+    bool same_point_as(const Recipe& o) const
+    {
+        return edge == o.edge && other == o.other && two_edges == o.two_edges;
+    }
 };
 
 struct Meeting {
@@ -138,9 +143,9 @@ struct PointInFace {
 };
 struct SegmentInFace {
     Index face;
+    Index other;  // the face that makes it
     Index from;
     Index to;
-    Index other;  // the face that makes it
     auto operator<=>(const SegmentInFace&) const = default;
 };
 
@@ -165,8 +170,13 @@ std::pair<std::size_t, std::size_t> range_of(const std::vector<T>& list, K T::*k
 // What cutting one group of coplanar faces gives, with corners numbered by the group.
 struct GroupCells {
     std::vector<Triangle> corners;
-    /// By cell; an empty list: not covered. Left out where one face covers all.
-    std::vector<std::vector<Arrangement::Cover>> covers;
+    /// Of each cell that is covered, in order; left out where one face covers all.
+    struct CoverOf {
+        Index cell;
+        Arrangement::Cover cover;
+    };
+    std::vector<CoverOf> covers;
+    bool one_covers_all = true;
     std::vector<Index> known;  // group's number of a point: its number, or -1 - new one
     std::deque<ExactPoint> created;
 };
@@ -178,6 +188,38 @@ Corners corners_of(const Soup& soup, Index f)
     for (int i = 0; i < 3; ++i) c.at[i] = &soup.points[c.id[i]];
     return c;
 }
+
+// Numbers of points in one group. The memory is kept by the thread, clean between groups.
+class LocalNumbers {
+public:
+    explicit LocalNumbers(std::size_t n_points) : numbers_(memory())
+    {
+        if (numbers_.size() < n_points) numbers_.resize(n_points, -1);
+    }
+    ~LocalNumbers()
+    {
+        for (const Index p : used_) numbers_[p] = -1;
+    }
+    LocalNumbers(const LocalNumbers&) = delete;
+    LocalNumbers& operator=(const LocalNumbers&) = delete;
+
+    Index at(Index point) const { return numbers_[point]; }  // -1 if it has none
+    void set(Index point, Index number)
+    {
+        numbers_[point] = number;
+        used_.push_back(point);
+    }
+
+private:
+    static std::vector<Index>& memory()
+    {
+        thread_local std::vector<Index> numbers;
+        return numbers;
+    }
+
+    std::vector<Index>& numbers_;
+    std::vector<Index> used_;
+};
 
 class Arranger {
 public:
@@ -202,7 +244,13 @@ public:
         find_meetings();
         make_points();
         register_events();
-        join_flat_faces();
+        if (!join_flat_faces()) {
+            forget_flat_edges();
+            make_points();
+            register_events();
+            join_flat_faces();
+        }
+        meetings_ = {};
         wake_neighbors();
         group_faces();
         cut_groups();
@@ -293,11 +341,11 @@ public:
     Recipe recipe(const Meeting& m, const Contact::Event& e) const
     {
         if (e.on_g == Contact::kInside)
-            return {edge(m.f, e.on_f - 3), static_cast<EdgeKey>(m.g), false};
+            return {edge(m.f, e.on_f - 3), static_cast<EdgeKey>(m.g), false, false};
         if (e.on_f == Contact::kInside)
-            return {edge(m.g, e.on_g - 3), static_cast<EdgeKey>(m.f), false};
+            return {edge(m.g, e.on_g - 3), static_cast<EdgeKey>(m.f), false, false};
         const auto [low, high] = std::minmax({edge(m.f, e.on_f - 3), edge(m.g, e.on_g - 3)});
-        return {low, high, true};
+        return {low, high, true, false};
     }
 
     Plane plane(Index f) const
@@ -319,19 +367,32 @@ public:
                               plane(static_cast<Index>(r.other)));
     }
 
+    // Needless points have no coordinates, only numbers: -2 and below.
     void make_points()
     {
         for (const Meeting& m : meetings_)
-            for (int i = 0; i < m.contact.n_events; ++i)
-                if (!is_corner(m.contact.events[i]))
-                    recipes_.push_back(recipe(m, m.contact.events[i]));
-        sort_unique(recipes_);
-        std::vector<ExactPoint> made(recipes_.size());
-        parallel_for(recipes_.size(), 256, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) made[i] = make(recipes_[i]);
+            for (int i = 0; i < m.contact.n_events; ++i) {
+                const Contact::Event& e = m.contact.events[i];
+                if (is_corner(e)) continue;
+                recipes_.push_back(recipe(m, e));
+                recipes_.back().needless = !is_needed(m, e);
+            }
+        std::sort(recipes_.begin(), recipes_.end());  // of equal ones, one that is needed is first
+        const auto same = [](const Recipe& a, const Recipe& b) { return a.same_point_as(b); };
+        recipes_.erase(std::unique(recipes_.begin(), recipes_.end(), same), recipes_.end());
+        constexpr std::size_t kGrain = 4096;
+        std::vector<std::vector<ExactPoint>> made(recipes_.size() / kGrain + 1);
+        parallel_for(recipes_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (!recipes_[i].needless) made[begin / kGrain].push_back(make(recipes_[i]));
         });
-        recipe_point_.reserve(recipes_.size());
-        for (const ExactPoint& point : made) recipe_point_.push_back(table_.add(point));
+        recipe_point_.resize(recipes_.size());
+        for (std::size_t part = 0, i = 0; part < made.size(); ++part) {
+            for (std::size_t n = 0; i < std::min(recipes_.size(), (part + 1) * kGrain); ++i)
+                recipe_point_[i] =
+                    recipes_[i].needless ? -2 - static_cast<Index>(i) : table_.add(made[part][n++]);
+            made[part] = {};
+        }
     }
 
     Index point_of(const Meeting& m, const Contact::Event& e) const
@@ -411,7 +472,6 @@ public:
 
     void register_events()
     {
-        needed_.assign(out_.points.size(), 0);
         for (const Meeting& m : meetings_) {
             const Contact& c = m.contact;
             ++out_.n_contacts;
@@ -421,7 +481,6 @@ public:
                 points[i] = point_of(m, c.events[i]);
                 register_at(m.f, c.events[i].on_f, points[i]);
                 register_at(m.g, c.events[i].on_g, points[i]);
-                if (!needed_[points[i]]) needed_[points[i]] = is_needed(m, c.events[i]);
             }
             if (c.coplanar) {
                 coplanar_.push_back({m.f, m.g});
@@ -431,100 +490,109 @@ public:
             const auto [low, high] = std::minmax(points[0], points[1]);
             const int edge_f = edge_along(c.events[0].on_f, c.events[1].on_f);
             const int edge_g = edge_along(c.events[0].on_g, c.events[1].on_g);
-            if (edge_f < 0 || is_flat(m.f, edge_f)) segments_.push_back({m.f, low, high, m.g});
-            if (edge_g < 0 || is_flat(m.g, edge_g)) segments_.push_back({m.g, low, high, m.f});
+            // A neighbour in the plane that shares a flat edge makes no segment of it.
+            const auto cuts = [&](Index f, int along) {
+                return along < 0 || (is_flat(f, along) && !parallel_faces(soup_, m.f, m.g));
+            };
+            if (cuts(m.f, edge_f)) segments_.push_back({m.f, m.g, low, high});
+            if (cuts(m.g, edge_g)) segments_.push_back({m.g, m.f, low, high});
         }
-        meetings_.clear();
         sort_unique(on_edge_);
         sort_unique(in_face_);
     }
 
     // Edges between faces of one plane, diagonals mostly, are left out where something crosses
     // them: these faces are then one flat, and points that only such an edge would make are none.
-    void join_flat_faces()
+    //
+    // False if a segment ends at such a point, which theory forbids for operands that keep their
+    // promises.
+    bool join_flat_faces()
     {
-        std::vector<SegmentInFace> joined;
-        do {
-            find_flats();
-            joined = segments_;
-            for (SegmentInFace& s : joined) {
-                s.face = flats_.find(s.face);
-                s.other = flats_.find(s.other);
-            }
-            sort_unique(joined);
-        } while (!join_segments(joined));
-        segments_ = std::move(joined);
-        const auto needless = [&](const auto& at) { return !needed_[at.point]; };
+        find_flats();
+        for (SegmentInFace& s : segments_) {
+            s.face = flats_.find(s.face);
+            s.other = flats_.find(s.other);
+        }
+        sort_unique(segments_);
+        if (!join_segments()) return false;
+        const auto needless = [](const auto& at) { return at.point < 0; };
         on_edge_.erase(std::remove_if(on_edge_.begin(), on_edge_.end(), needless), on_edge_.end());
         in_face_.erase(std::remove_if(in_face_.begin(), in_face_.end(), needless), in_face_.end());
+        return true;
+    }
+
+    void forget_flat_edges()
+    {
+        flat_edge_.assign(flat_edge_.size(), 0);
+        recipes_.clear();
+        on_edge_.clear();
+        in_face_.clear();
+        segments_.clear();
+        coplanar_.clear();
+        touched_edges_.clear();
+        out_.n_contacts = 0;
     }
 
     void find_flats()
     {
-        cut_edges_.clear();
+        std::vector<EdgeKey> cut;  // edges with needless points; sorted
         for (const PointOnEdge& at : on_edge_)
-            if (!needed_[at.point] && (cut_edges_.empty() || cut_edges_.back() != at.edge))
-                cut_edges_.push_back(at.edge);
+            if (at.point < 0 && (cut.empty() || cut.back() != at.edge)) cut.push_back(at.edge);
         flats_ = DisjointSets(soup_.faces.size());
-        if (cut_edges_.empty()) return;
-        for (const Index h : touched_edges_)
-            if (is_left_out(h / 3, h % 3)) flats_.unite(h / 3, soup_.twin[h] / 3);
+        left_out_.assign(3 * soup_.faces.size(), 0);
+        has_points_.assign(3 * soup_.faces.size(), 0);
+        for (const Index h : touched_edges_) {
+            const Index twin = soup_.twin[h];
+            has_points_[h] = 1;
+            if (twin >= 0) has_points_[twin] = 1;
+            if (flat_edge_[h] != 1 || left_out_[h] ||
+                !std::binary_search(cut.begin(), cut.end(), edge(h / 3, h % 3)))
+                continue;
+            left_out_[h] = left_out_[twin] = 1;
+            flats_.unite(h / 3, twin / 3);
+        }
     }
 
-    // Among edges that something touches: is it flat, with points that it would make?
-    bool is_left_out(Index f, int i) const
-    {
-        return flat_edge_[3 * f + i] == 1 &&
-               std::binary_search(cut_edges_.begin(), cut_edges_.end(), edge(f, i));
-    }
-
-    // Joins segments of one flat and one other at needless points. False if there was one at which
-    // not two of them ended: it is needed then, and all has to be done again.
-    bool join_segments(std::vector<SegmentInFace>& segments)
+    // Joins segments of one flat and one other at needless points. False if there is one at which
+    // not two of them end.
+    bool join_segments()
     {
         std::vector<SegmentInFace> joined;
         std::vector<std::pair<Index, Index>> ends;  // needless point, segment
-        bool sound = true;
-        for (std::size_t begin = 0; begin < segments.size();) {
+        for (std::size_t begin = 0; begin < segments_.size();) {
             ends.clear();
             std::size_t end = begin;
-            for (; end < segments.size() && segments[end].face == segments[begin].face &&
-                   segments[end].other == segments[begin].other;
+            for (; end < segments_.size() && segments_[end].face == segments_[begin].face &&
+                   segments_[end].other == segments_[begin].other;
                  ++end)
-                for (const Index p : {segments[end].from, segments[end].to})
-                    if (!needed_[p]) ends.push_back({p, static_cast<Index>(end)});
+                for (const Index p : {segments_[end].from, segments_[end].to})
+                    if (p < 0) ends.push_back({p, static_cast<Index>(end)});
             std::sort(ends.begin(), ends.end());
-            for (std::size_t i = 0; i < ends.size();) {
-                std::size_t j = i;
-                while (j < ends.size() && ends[j].first == ends[i].first) ++j;
-                if (j - i != 2) {
-                    needed_[ends[i].first] = 1;
-                    sound = false;
-                }
-                i = j;
-            }
-            if (sound) follow_segments(segments, begin, end, ends, joined);
+            for (std::size_t i = 0; i < ends.size(); i += 2)
+                if (i + 1 == ends.size() || ends[i].first != ends[i + 1].first ||
+                    (i + 2 < ends.size() && ends[i].first == ends[i + 2].first))
+                    return false;
+            follow_segments(begin, end, ends, joined);
             begin = end;
         }
-        std::sort(joined.begin(), joined.end());
-        segments = std::move(joined);
-        return sound;
+        segments_ = std::move(joined);
+        return true;
     }
 
-    void follow_segments(const std::vector<SegmentInFace>& segments, std::size_t begin,
-                         std::size_t end, const std::vector<std::pair<Index, Index>>& ends,
+    void follow_segments(std::size_t begin, std::size_t end,
+                         const std::vector<std::pair<Index, Index>>& ends,
                          std::vector<SegmentInFace>& joined) const
     {
         for (std::size_t s = begin; s < end; ++s) {
-            SegmentInFace whole = segments[s];
-            if (!needed_[whole.from]) std::swap(whole.from, whole.to);
-            if (!needed_[whole.from]) continue;  // comes up from its ends
+            SegmentInFace whole = segments_[s];
+            if (whole.from < 0) std::swap(whole.from, whole.to);
+            if (whole.from < 0) continue;  // comes up from its ends
             auto at = static_cast<Index>(s);
-            while (!needed_[whole.to]) {
+            while (whole.to < 0) {
                 const auto pair = std::lower_bound(ends.begin(), ends.end(),
                                                    std::pair<Index, Index>{whole.to, 0});
                 at = pair[0].second == at ? pair[1].second : pair[0].second;
-                whole.to = segments[at].from == whole.to ? segments[at].to : segments[at].from;
+                whole.to = segments_[at].from == whole.to ? segments_[at].to : segments_[at].from;
             }
             if (whole.from > whole.to) std::swap(whole.from, whole.to);
             // One that was joined comes up from both ends.
@@ -568,31 +636,50 @@ public:
         group_start_.push_back(static_cast<Index>(members.size()));
     }
 
-    // Points of edge i of f from corner i to the next, both included.
-    std::vector<Index> chain(Index f, int i) const
+    // Adds the points of edge i of f from corner i to the next, both included.
+    void add_chain(Index f, int i, std::vector<Index>& points) const
     {
         const Index from = corner(f, i);
         const Index to = corner(f, next(i));
-        std::vector<Index> points{from};
-        const auto [begin, end] = range_of(on_edge_, &PointOnEdge::edge, edge_key(from, to));
-        for (std::size_t p = begin; p < end; ++p)
-            if (on_edge_[p].point != from && on_edge_[p].point != to)
-                points.push_back(on_edge_[p].point);
+        points.push_back(from);
+        const std::size_t first = points.size();
+        if (has_points_[3 * f + i]) {
+            const auto [begin, end] = range_of(on_edge_, &PointOnEdge::edge, edge_key(from, to));
+            for (std::size_t p = begin; p < end; ++p)
+                if (on_edge_[p].point != from && on_edge_[p].point != to)
+                    points.push_back(on_edge_[p].point);
+        }
+        if (points.size() > first + 1)
+            sort_along(f, i, points.data() + first, points.data() + points.size());
         points.push_back(to);
-        if (points.size() == 2) return points;
+    }
+
+    void sort_along(Index f, int i, Index* begin, Index* end) const
+    {
         int axis = 0;
-        const Vec3 d = soup_.points[to] - soup_.points[from];
+        const Vec3 d = soup_.points[corner(f, next(i))] - soup_.points[corner(f, i)];
         for (int k = 1; k < 3; ++k)
             if (std::abs(d[k]) > std::abs(d[axis])) axis = k;
         const int way = d[axis] > 0 ? -1 : 1;
-        std::sort(points.begin() + 1, points.end() - 1, [&](Index a, Index b) {
+        std::sort(begin, end, [&](Index a, Index b) {
             return compare_coordinate(axis, out_.points[a], out_.points[b]) == way;
         });
-        return points;
+    }
+
+    // Starts of the runs of each face in a list sorted by face.
+    template <class T>
+    std::vector<Index> starts_by_face(const std::vector<T>& list) const
+    {
+        std::vector<Index> start(soup_.faces.size() + 1, 0);
+        for (const T& item : list) ++start[item.face + 1];
+        for (std::size_t f = 0; f < soup_.faces.size(); ++f) start[f + 1] += start[f];
+        return start;
     }
 
     void cut_groups()
     {
+        in_face_start_ = starts_by_face(in_face_);
+        segment_start_ = starts_by_face(segments_);
         const std::size_t n = group_start_.size() - 1;
         std::vector<GroupCells> cut(n);
         parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
@@ -620,17 +707,20 @@ public:
             number[i] = group.known[i] >= 0 ? group.known[i]
                                             : table_.add(group.created[-1 - group.known[i]]);
         const std::size_t first = out_.cells.size();
+        std::size_t next_cover = 0;
         for (std::size_t c = 0; c < group.corners.size(); ++c) {
-            if (!group.covers.empty() && group.covers[c].empty()) continue;
+            const auto is_of_cell = [&] {
+                return next_cover < group.covers.size() &&
+                       group.covers[next_cover].cell == static_cast<Index>(c);
+            };
+            if (!group.one_covers_all && !is_of_cell()) continue;
             Arrangement::Cell cell;
             for (int i = 0; i < 3; ++i) cell.corners[i] = number[group.corners[c][i]];
             cell.plane = plane_face;
             cell.cut = group.corners.size() > 1;
             cell.covers_begin = static_cast<Index>(out_.covers.size());
-            if (group.covers.empty())
-                cover_cell({plane_face, 1});
-            else
-                for (const auto& cover : group.covers[c]) cover_cell(cover);
+            if (group.one_covers_all) cover_cell({plane_face, 1});
+            for (; is_of_cell(); ++next_cover) cover_cell(group.covers[next_cover].cover);
             cell.covers_end = static_cast<Index>(out_.covers.size());
             out_.cells.push_back(cell);
         }
@@ -639,22 +729,35 @@ public:
             out_.group_end[c] = static_cast<Index>(out_.cells.size());
     }
 
+    // The points along the edges of the faces of a group, both ends included; edge e of the m-th
+    // face is number 3 m + e.
+    struct Chains {
+        std::vector<Index> points;
+        std::vector<std::size_t> start{0};
+
+        std::span<const Index> operator[](std::size_t edge) const
+        {
+            return {points.data() + start[edge], start[edge + 1] - start[edge]};
+        }
+    };
+
     GroupCells cut_group(Index begin, Index end) const
     {
         current_progress().check();
         const Index first = group_faces_[begin];
-        std::vector<std::array<std::vector<Index>, 3>> chains;
+        Chains chains;
         bool whole = end == begin + 1;
         for (Index m = begin; m < end; ++m) {
             const Index f = group_faces_[m];
-            chains.push_back({chain(f, 0), chain(f, 1), chain(f, 2)});
-            for (const auto& c : chains.back()) whole = whole && c.size() == 2;
-            const auto inside = range_of(in_face_, &PointInFace::face, f);
-            const auto across = range_of(segments_, &SegmentInFace::face, f);
-            whole = whole && inside.first == inside.second && across.first == across.second;
+            for (int e = 0; e < 3; ++e) {
+                add_chain(f, e, chains.points);
+                chains.start.push_back(chains.points.size());
+            }
+            whole = whole && in_face_start_[f] == in_face_start_[f + 1] &&
+                    segment_start_[f] == segment_start_[f + 1];
         }
         GroupCells result;
-        if (whole) {
+        if (whole && chains.points.size() == 6) {
             result.corners = {{0, 1, 2}};
             result.known = {corner(first, 0), corner(first, 1), corner(first, 2)};
             return result;
@@ -663,10 +766,9 @@ public:
         return result;
     }
 
-    void triangulate(Index begin, Index end,
-                     const std::vector<std::array<std::vector<Index>, 3>>& chains,
-                     GroupCells& result) const
+    void triangulate(Index begin, Index end, const Chains& chains, GroupCells& result) const
     {
+        LocalNumbers local(out_.points.size());
         const Index first = group_faces_[begin];
         const auto& t = soup_.faces[first];
         const int axis = dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
@@ -684,12 +786,11 @@ public:
             return PointRef{point.approximate(), &point};
         });
 
-        std::unordered_map<Index, Index> local;
         if (end == begin + 1) {
             mesh.start_with_triangle(out_.points[corner(first, 0)], out_.points[corner(first, 1)],
                                      out_.points[corner(first, 2)]);
             for (int i = 0; i < 3; ++i) {
-                local[corner(first, i)] = i;
+                local.set(corner(first, i), i);
                 result.known.push_back(corner(first, i));
             }
         } else {
@@ -705,28 +806,26 @@ public:
             result.known.assign(4, 0);  // never a corner of a covered cell
         }
         const auto insert = [&](Index point) {
-            const auto [it, is_new] = local.try_emplace(point, 0);
-            if (!is_new) return;
-            it->second = mesh.insert(out_.points[point]);
+            if (local.at(point) >= 0) return;
+            local.set(point, mesh.insert(out_.points[point]));
             result.known.push_back(point);
         };
-        for (const auto& three : chains)
-            for (const auto& c : three)
-                for (const Index p : c) insert(p);
+        for (const Index p : chains.points) insert(p);
         for (Index m = begin; m < end; ++m) {
-            const auto [from, to] = range_of(in_face_, &PointInFace::face, group_faces_[m]);
-            for (std::size_t i = from; i < to; ++i) insert(in_face_[i].point);
+            const Index f = group_faces_[m];
+            for (Index i = in_face_start_[f]; i < in_face_start_[f + 1]; ++i)
+                insert(in_face_[i].point);
         }
         for (Index m = begin; m < end; ++m)
             for (int e = 0; e < 3; ++e) {
-                if (is_left_out(group_faces_[m], e)) continue;
-                const auto& c = chains[m - begin][e];
-                for (std::size_t i = 1; i < c.size(); ++i)
-                    mesh.constrain(local.at(c[i - 1]), local.at(c[i]), kEdgeCarrier);
+                if (left_out_[3 * group_faces_[m] + e]) continue;
+                const auto chain = chains[3 * (m - begin) + e];
+                for (std::size_t i = 1; i < chain.size(); ++i)
+                    mesh.constrain(local.at(chain[i - 1]), local.at(chain[i]), kEdgeCarrier);
             }
         for (Index m = begin; m < end; ++m) {
-            const auto [from, to] = range_of(segments_, &SegmentInFace::face, group_faces_[m]);
-            for (std::size_t i = from; i < to; ++i)
+            const Index f = group_faces_[m];
+            for (Index i = segment_start_[f]; i < segment_start_[f + 1]; ++i)
                 mesh.constrain(local.at(segments_[i].from), local.at(segments_[i].to),
                                segments_[i].other);
         }
@@ -735,7 +834,8 @@ public:
         result.corners.reserve(mesh.cells().size());
         for (const auto& cell : mesh.cells()) result.corners.push_back(cell.v);
         if (end == begin + 1) return;
-        result.covers.resize(mesh.cells().size());
+        result.one_covers_all = false;
+        std::vector<Index> covered(mesh.cells().size(), -1);  // by which flat, the last one
         for (Index m = begin; m < end;) {
             const Index flat = flat_of_[group_faces_[m]];
             const auto& c = soup_.faces[flat];
@@ -744,14 +844,17 @@ public:
             std::vector<std::array<int, 2>> rim;
             for (; m < end && flat_of_[group_faces_[m]] == flat; ++m)
                 for (int e = 0; e < 3; ++e)
-                    if (!is_left_out(group_faces_[m], e))
-                        add_to_rim(mesh, chains[m - begin][e], local, sign, rim);
-            cover(mesh, rim, {flat, sign}, result.covers);
+                    if (!left_out_[3 * group_faces_[m] + e])
+                        add_to_rim(mesh, chains[3 * (m - begin) + e], local, sign, rim);
+            cover(mesh, rim, {flat, sign}, covered, result.covers);
         }
+        std::sort(result.covers.begin(), result.covers.end(), [](const auto& a, const auto& b) {
+            return std::tie(a.cell, a.cover.face) < std::tie(b.cell, b.cover.face);
+        });
     }
 
-    static void add_to_rim(const PlanarTriangulation& mesh, const std::vector<Index>& chain,
-                           const std::unordered_map<Index, Index>& local, int sign,
+    static void add_to_rim(const PlanarTriangulation& mesh, std::span<const Index> chain,
+                           const LocalNumbers& local, int sign,
                            std::vector<std::array<int, 2>>& rim)
     {
         for (std::size_t i = 1; i < chain.size(); ++i) {
@@ -766,14 +869,16 @@ public:
 
     // Floods the cells of one flat from its rim.
     static void cover(const PlanarTriangulation& mesh, std::vector<std::array<int, 2>>& rim,
-                      Arrangement::Cover what, std::vector<std::vector<Arrangement::Cover>>& covers)
+                      Arrangement::Cover what, std::vector<Index>& covered,
+                      std::vector<GroupCells::CoverOf>& covers)
     {
         std::sort(rim.begin(), rim.end());
         std::vector<int> stack;
         const auto enter = [&](int cell) {
-            auto& list = covers[cell];
-            if (!list.empty() && list.back().face == what.face) return;
-            list.push_back(what);
+            if (cell < 0) throw Error("mesh_boolean: a plane region is open");
+            if (covered[cell] == what.face) return;
+            covered[cell] = what.face;
+            covers.push_back({cell, what});
             stack.push_back(cell);
         };
         for (const auto& edge : rim) enter(edge[0]);
@@ -781,7 +886,8 @@ public:
             const int cell = stack.back();
             stack.pop_back();
             for (int i = 0; i < 3; ++i)
-                if (!std::binary_search(rim.begin(), rim.end(), std::array<int, 2>{cell, i}))
+                if (mesh.cells()[cell].carrier[i] == PlanarTriangulation::kNone ||
+                    !std::binary_search(rim.begin(), rim.end(), std::array<int, 2>{cell, i}))
                     enter(mesh.cells()[cell].neighbor[i]);
         }
     }
@@ -802,8 +908,10 @@ private:
     DisjointSets flats_;                  // faces joined across flat edges that are left out
     std::vector<Index> flat_of_;          // by face; the first face of a flat stands for it
     std::vector<signed char> flat_edge_;  // by halfedge: 1 flat, 0 not, -1 not asked yet
-    std::vector<EdgeKey> cut_edges_;      // with points that only flat edges make; sorted
-    std::vector<char> needed_;            // by point: there even if flat edges were not
+    std::vector<char> left_out_;          // by halfedge: flat, and something crosses it
+    std::vector<char> has_points_;        // by halfedge: it may
+    std::vector<Index> in_face_start_;    // by face, in in_face_
+    std::vector<Index> segment_start_;    // by face, in segments_
     std::vector<std::pair<Index, Index>> coplanar_;
     std::vector<Index> group_faces_;
     std::vector<Index> group_start_;

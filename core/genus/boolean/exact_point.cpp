@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "genus/base/error.h"
+
 namespace genus::exact {
 
 namespace {
@@ -52,6 +54,8 @@ std::int64_t fixed_point(const WideInt<6>& x, const WideInt<6>& w, bool& whole)
 {
     WideInt<8> rest(x * WideInt<1>(1024));
     const double divisor = w.to_double();
+    if (!(std::abs(rest.to_double()) < 0x1p63 * divisor))
+        throw Error("mesh_boolean: an intersection lies outside the grid");
     std::int64_t quotient = 0;
     for (int round = 0; round < 3; ++round) {
         const auto step = static_cast<std::int64_t>(rest.to_double() / divisor);
