@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="IN OUT, or inputs and patterns with --to"
     )
-    parser.add_argument("--to", metavar="FORMAT", help="format of all outputs")
+    parser.add_argument("--to", type=str.lower, metavar="FORMAT", help="format of all outputs")
     parser.add_argument("--out-dir", metavar="D", help="folder for the outputs, made if missing")
     parser.add_argument(
         "--ascii", action="store_true", help="text where STL or PLY could be binary"
@@ -66,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
     """Convert one file after another; a bad one is reported and the others still done."""
     from genus.cli.__main__ import AT_FAULT, DONE, complain, text_of
 
+    if args.stream and (args.weld is not None or args.repair or args.check or args.unit):
+        args.usage_error("--weld, --repair, --check and --unit need the whole file, not a --stream")
     status, done = DONE, []
     for source, target in pairs(args):
         try:
