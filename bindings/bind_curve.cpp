@@ -406,8 +406,10 @@ clamped and uniform over [0, 1]; weights : (n,) positive
         .def(
             "split",
             [](const BSpline& curve, double t) {
-                const BSpline refined =
-                    curve.with_knot(t, curve.degree() - curve.knots().multiplicity(t));
+                require(t > curve.knots().begin() && t < curve.knots().end(), "split: t", t,
+                        "inside the domain");
+                const int more = curve.degree() - curve.knots().multiplicity(t);
+                const BSpline refined = more > 0 ? curve.with_knot(t, more) : curve;
                 // Split at a knot as often as the degree: the points before it, and from it on.
                 const auto& k = refined.knots().values();
                 std::size_t at = 0;

@@ -179,6 +179,8 @@ def test_splines_interpolate_and_agree_with_scipy():
     t = np.linspace(0, 1, 500, endpoint=False)
     np.testing.assert_allclose(general.evaluate(t), peer(t), atol=1e-12)
     np.testing.assert_allclose(general.derivative(t, 2), peer.derivative(2)(t), atol=1e-9)
+    with pytest.raises(genus.InvalidInput, match="split: t"):
+        general.split(0.0)
     low, high = general.split(0.37)
     assert low.domain == (0.0, 0.37)
     assert high.domain == (0.37, 1.0)
