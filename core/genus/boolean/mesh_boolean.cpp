@@ -29,7 +29,7 @@ using exact::Soup;
 using Index = std::int32_t;
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
-constexpr int kMendRounds = 3;
+constexpr int kMendRounds = 10;
 constexpr int kCoarserBits = 4;
 constexpr double kCloseSteps = 8.0;  // within which coordinates are meant to be equal
 constexpr double kCloseUnits = 4.0;  // the same in units in the last place
