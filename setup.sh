@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")"
 
-packages="ca-certificates ccache cmake g++ libeigen3-dev libexpat1-dev libgtest-dev make ninja-build python3 python3-dev python3-venv zlib1g-dev"
+packages="ca-certificates ccache cmake fonts-liberation g++ libeigen3-dev libexpat1-dev libfreetype-dev libgtest-dev libharfbuzz-dev make ninja-build python3 python3-dev python3-venv zlib1g-dev"
 
 missing() {
     for package in $packages; do

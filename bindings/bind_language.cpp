@@ -82,14 +82,15 @@ void append_texts(const py::object& list, const std::vector<Message>& messages)
 }
 
 TextModel run_scad(const py::object& source, const py::dict& defines, const py::dict& expressions,
-                   std::optional<double> tolerance, bool solid, const py::object& messages,
-                   const py::object& progress)
+                   std::optional<double> tolerance, bool solid, bool plane,
+                   const py::object& messages, const py::object& progress)
 {
     std::vector<Message> said;
     ModelOptions options;
     options.defines = to_defines(defines, expressions);
     options.tolerance = tolerance;
     options.solid = solid;
+    options.plane = plane;
     options.messages = &said;
     try {
         TextModel model = run_model(source, options, progress);
@@ -104,7 +105,7 @@ TextModel run_scad(const py::object& source, const py::dict& defines, const py::
 Solid read_scad(const py::object& source, const py::dict& defines, std::optional<double> tolerance,
                 const py::object& progress)
 {
-    return run_scad(source, defines, {}, tolerance, true, py::none(), progress).solid;
+    return run_scad(source, defines, {}, tolerance, true, false, py::none(), progress).solid;
 }
 
 std::vector<std::string> texts(const TextModel& model)
@@ -120,6 +121,8 @@ void bind_language(py::module_& m)
 {
     py::class_<TextModel>(m, "TextModel", "What running a text model gave.")
         .def_readonly("solid", &TextModel::solid, "The solid it describes.")
+        .def_readonly("region", &TextModel::region,
+                      "The Region of a plane model, where the call allows that, else None.")
         .def_property_readonly("messages", &texts, "Its echoes and warnings, in order.")
         .def_property_readonly(
             "echo", [](const TextModel& t) { return echo_text(t.messages); },
@@ -135,7 +138,7 @@ void bind_language(py::module_& m)
 
     m.def("run_scad", &run_scad, py::arg("path_or_text"), py::kw_only(),
           py::arg("defines") = py::dict(), py::arg("expressions") = py::dict(),
-          py::arg("tolerance") = py::none(), py::arg("solid") = true,
+          py::arg("tolerance") = py::none(), py::arg("solid") = true, py::arg("plane") = false,
           py::arg("messages") = py::none(), py::arg("progress") = py::none(),
           R"(Run a text model in the OpenSCAD language and return all that it gave, a TextModel.
 
@@ -147,6 +150,7 @@ expressions : the same, each value the text of an expression
 tolerance : $tolerance of the model; None for its own or, where it sets none, the polyhedra that
     $fn, $fa and $fs ask for
 solid : whether to make the solid
+plane : whether the model may be a plane shape, which the region of the TextModel then is
 messages : a list that gets the echoes and warnings, also where the call fails
 
 Raises

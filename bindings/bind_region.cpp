@@ -8,10 +8,12 @@
 #include "bind.h"
 #include "genus/base/error.h"
 #include "genus/base/transform.h"
+#include "genus/io/region_file.h"
 #include "genus/mesh/slice.h"
 #include "genus/model/construct.h"
 #include "genus/polygon/region.h"
 #include "long_call.h"
+#include "paths.h"
 #include "region.h"
 
 namespace genus::python {
@@ -237,8 +239,33 @@ Solid revolved(const py::object& polygon, double angle, int fragments, Number to
     return long_call([&] { return revolve(region, {angle, fragments}, tolerance); });
 }
 
+Region load_region(const Path& path, const std::string& layer, bool center, double dpi,
+                   Number tolerance)
+{
+    require(std::isfinite(dpi) && dpi > 0.0, "load_region: dpi", dpi, "positive");
+    RegionReadOptions options;
+    options.layer = layer;
+    options.center = center;
+    options.dpi = dpi;
+    options.tolerance = tolerance;
+    if (tolerance) {
+        require(std::isfinite(*tolerance) && *tolerance > 0.0, "load_region: tolerance", *tolerance,
+                "positive");
+        options.sides = [t = *tolerance](double r) { return r > 0.0 ? sides_within(t, r) : 3; };
+    }
+    return long_call([&] { return read_region(path.text, options); });
+}
+
 void bind_construction(py::module_& m)
 {
+    m.def("load_region", &load_region, py::arg("path"), py::kw_only(), py::arg("layer") = "",
+          py::arg("center") = false, py::arg("dpi") = 72.0, py::arg("tolerance") = py::none(),
+          R"(Read a plane shape from an SVG or DXF file: a Region.
+
+layer : of a DXF drawing; all of it if left out
+center : move the middle of the bounding box of an SVG picture to the origin
+dpi : user units to the inch where an SVG picture gives its size in none
+tolerance : of curves, model units; 40 sides a circle if left out)");
     m.def("extrude", &extruded, py::arg("polygon"), py::arg("h"), py::arg("twist") = 0.0,
           py::arg("scale") = 1.0, py::arg("center") = false, py::kw_only(), py::arg("slices") = 0,
           py::arg("tolerance") = py::none(),
@@ -324,7 +351,18 @@ tolerance : of round corners, model units; a thousandth of r if left out
         .def("rotate", &rotated, py::arg("angle"), "Turned by degrees about the origin.")
         .def("scale", &scaled, py::arg("by"), "Scaled about the origin by one factor or by (x, y).")
         .def("mirror", &mirrored, py::arg("normal"),
-             "Mirrored at the line through the origin with this normal.");
+             "Mirrored at the line through the origin with this normal.")
+        .def(
+            "save",
+            [](const Region& r, const Path& path) {
+                long_call([&] { write_region(path.text, r); });
+            },
+            py::arg("path"),
+            R"(Write an SVG or DXF file, by the extension of the path, whole or not at all.
+
+>>> genus.Region([[0, 0], [2, 0], [0, 2]]).save("corner.svg")
+>>> genus.load_region("corner.svg").area
+2.0)");
 }
 
 }  // namespace

@@ -13,6 +13,8 @@ namespace genus::io {
 namespace {
 
 constexpr int kMaxDepth = 64;
+constexpr int kMaxEntities = 100;
+constexpr std::size_t kMaxEntity = 1000;
 constexpr std::int64_t kMaxToken = std::int64_t{1} << 20;
 constexpr std::size_t kPiece = std::size_t{1} << 16;
 
@@ -36,6 +38,7 @@ struct XmlParser::State {
     XML_Parser parser = nullptr;
     XmlHandler* handler = nullptr;
     int depth = 0;
+    int n_entities = 0;
     std::int64_t fed = 0;
     std::exception_ptr error;
     std::vector<XmlAttribute> attributes;
@@ -87,6 +90,19 @@ void on_document_type(void* data, const char*, const char*, const char*, int)
     state.guarded([] { throw std::string("document types are not allowed here"); });
 }
 
+void on_entity(void* data, const char*, int, const char* value, int size, const char*, const char*,
+               const char*, const char*)
+{
+    auto& state = *static_cast<XmlParser::State*>(data);
+    state.guarded([&] {
+        const std::string_view text =
+            value == nullptr ? std::string_view() : std::string_view(value, size);
+        if (++state.n_entities > kMaxEntities || text.size() > kMaxEntity ||
+            text.find_first_of("&%<") != std::string_view::npos)
+            throw std::string("entities like this are not allowed here");
+    });
+}
+
 }  // namespace
 
 const XmlAttribute* find_attribute(std::span<const XmlAttribute> attributes, std::string_view name)
@@ -96,7 +112,7 @@ const XmlAttribute* find_attribute(std::span<const XmlAttribute> attributes, std
     return nullptr;
 }
 
-XmlParser::XmlParser(XmlHandler& handler) : state_(std::make_unique<State>())
+XmlParser::XmlParser(XmlHandler& handler, DocumentType type) : state_(std::make_unique<State>())
 {
     state_->parser = XML_ParserCreate(nullptr);
     if (state_->parser == nullptr) throw std::bad_alloc();
@@ -104,7 +120,10 @@ XmlParser::XmlParser(XmlHandler& handler) : state_(std::make_unique<State>())
     XML_SetUserData(state_->parser, state_.get());
     XML_SetElementHandler(state_->parser, on_start, on_end);
     XML_SetCharacterDataHandler(state_->parser, on_text);
-    XML_SetStartDoctypeDeclHandler(state_->parser, on_document_type);
+    if (type == DocumentType::Refused)
+        XML_SetStartDoctypeDeclHandler(state_->parser, on_document_type);
+    else
+        XML_SetEntityDeclHandler(state_->parser, on_entity);
 }
 
 XmlParser::~XmlParser()

@@ -38,10 +38,13 @@ public:
 
 /// Reads XML piece by piece, by the library expat. Refuses document types, and with them entities
 /// and everything they can be abused for, elements nested deeper than 64, and single tags or
-/// comments longer than 1 MB. Throws XmlFault.
+/// comments longer than 1 MB. Where document types are allowed, up to 100 entities are, short ones
+/// that name no other; nothing outside the file is read. Throws XmlFault.
 class XmlParser {
 public:
-    explicit XmlParser(XmlHandler& handler);
+    enum class DocumentType { Refused, Allowed };
+
+    explicit XmlParser(XmlHandler& handler, DocumentType type = DocumentType::Refused);
     ~XmlParser();
     XmlParser(const XmlParser&) = delete;
     XmlParser& operator=(const XmlParser&) = delete;

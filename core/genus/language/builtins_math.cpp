@@ -4,6 +4,7 @@
 
 #include "genus/base/transform.h"
 #include "genus/language/builtins.h"
+#include "genus/language/builtins_files.h"
 #include "genus/language/evaluate.h"
 #include "genus/language/operators.h"
 #include "genus/language/stack.h"
@@ -587,12 +588,6 @@ Value parent_module(Evaluator& e, const Call& call, Arguments a)
     return Value::string(e.program().names[name]);
 }
 
-Value dxf(Evaluator& e, const Call& call, Arguments)
-{
-    e.fail(call.place,
-           "function '" + name_of(e, call) + "' (reading DXF drawings) is not supported");
-}
-
 struct Entry {
     std::string_view name;
     BuiltinFunction function;
@@ -637,8 +632,8 @@ constexpr Entry kFunctions[] = {
     {"version", version},
     {"version_num", version_number},
     {"parent_module", parent_module},
-    {"dxf_dim", dxf},
-    {"dxf_cross", dxf},
+    {"dxf_dim", dxf_dim},
+    {"dxf_cross", dxf_cross},
 };
 
 }  // namespace

@@ -554,54 +554,6 @@ ModelNode offset(Evaluator& e, const Statement& s, const Arguments& a)
     return node;
 }
 
-ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
-{
-    ModelNode node = e.make_node("linear_extrude", s);
-    const Value& first = a["file"];
-    const double height =
-        number(a["height"]).value_or(first.is_number() ? first.as_number() : 100.0);
-    std::array<double, 2> factors{1, 1};
-    if (const auto v = numbers(a["scale"], 2, 2))
-        factors = {(*v)[0], (*v)[1]};
-    else if (a["scale"].is_number())
-        factors.fill(a["scale"].as_number());
-    for (double& factor : factors) factor = std::max(factor, 0.0);
-    const double wanted = number(a["convexity"]).value_or(1.0);
-    const double convexity = std::isfinite(wanted) ? std::max(wanted, 1.0) : 1.0;
-    node.parameters = {{"height", std::max(height, 0.0)},
-                       {"center", is_true(a["center"])},
-                       {"convexity", std::trunc(convexity)}};
-    const Facets f = facets(e);
-    double twist = number(a["twist"]).value_or(0.0);
-    if (!std::isfinite(twist)) twist = 0.0;
-    if (twist != 0.0) node.parameters.emplace_back("twist", twist);
-    const double slices = std::trunc(number(a["slices"]).value_or(0.0));
-    if (slices > 0) node.parameters.emplace_back("slices", slices);
-    node.parameters.emplace_back("scale", to_model(factors));
-    if (!(slices > 0)) add_facets(node, f);
-    return node;
-}
-
-ModelNode rotate_extrude(Evaluator& e, const Statement& s, const Arguments& a)
-{
-    ModelNode node = e.make_node("rotate_extrude", s);
-    double angle = number(a["angle"]).value_or(360.0);
-    if (!(angle > -360.0 && angle <= 360.0)) angle = 360.0;
-    const double convexity = number(a["convexity"]).value_or(0.0);
-    node.parameters = {{"angle", angle}, {"convexity", convexity <= 0 ? 2.0 : convexity}};
-    const Facets f = facets(e);
-    add_facets(node, f);
-    return node;
-}
-
-ModelNode projection(Evaluator& e, const Statement& s, const Arguments& a)
-{
-    ModelNode node = e.make_node("projection", s);
-    node.parameters = {{"cut", is_true(a["cut"])},
-                       {"convexity", number(a["convexity"]).value_or(0.0)}};
-    return node;
-}
-
 // The file that a node names, looked for from the folder of the text that asks, as the folder of
 // the model sees it. The node keeps how to open it.
 std::string existing_file(Evaluator& e, const Statement& s, const Value& name, ModelNode& node)
@@ -619,6 +571,72 @@ std::string existing_file(Evaluator& e, const Statement& s, const Value& name, M
     const fs::path model = fs::path(*sources[e.program().files[0]->source].path).parent_path();
     const fs::path seen = fs::proximate(path, model.empty() ? fs::path(".") : model, error);
     return (error ? path : seen).lexically_normal().string();
+}
+
+// An extrusion may name a drawing in place of children: the start of its parameters then.
+void take_file(Evaluator& e, const Statement& s, const Arguments& a, ModelNode& node)
+{
+    if (!a["file"].is_string()) return;
+    e.diagnostics().deprecated_anywhere(
+        s.place, "Support for reading files in " + node.name +
+                     " will be removed in future releases. Use a child import() instead.");
+    std::array<double, 2> origin{};
+    if (const auto v = numbers(a["origin"], 2, 2)) origin = {(*v)[0], (*v)[1]};
+    node.parameters = {{"file", existing_file(e, s, a["file"], node)},
+                       {"layer", text_or(a["layer"], "")},
+                       {"origin", to_model(origin)}};
+}
+
+ModelNode linear_extrude(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("linear_extrude", s);
+    const Value& first = a["file"];
+    const double height =
+        number(a["height"]).value_or(first.is_number() ? first.as_number() : 100.0);
+    std::array<double, 2> factors{1, 1};
+    if (const auto v = numbers(a["scale"], 2, 2))
+        factors = {(*v)[0], (*v)[1]};
+    else if (a["scale"].is_number())
+        factors.fill(a["scale"].as_number());
+    for (double& factor : factors) factor = std::max(factor, 0.0);
+    const double wanted = number(a["convexity"]).value_or(1.0);
+    const double convexity = std::isfinite(wanted) ? std::max(wanted, 1.0) : 1.0;
+    take_file(e, s, a, node);
+    node.parameters.emplace_back("height", std::max(height, 0.0));
+    node.parameters.emplace_back("center", is_true(a["center"]));
+    node.parameters.emplace_back("convexity", std::trunc(convexity));
+    const Facets f = facets(e);
+    double twist = number(a["twist"]).value_or(0.0);
+    if (!std::isfinite(twist)) twist = 0.0;
+    if (twist != 0.0) node.parameters.emplace_back("twist", twist);
+    const double slices = std::trunc(number(a["slices"]).value_or(0.0));
+    if (slices > 0) node.parameters.emplace_back("slices", slices);
+    node.parameters.emplace_back("scale", to_model(factors));
+    if (!(slices > 0)) add_facets(node, f);
+    return node;
+}
+
+ModelNode rotate_extrude(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("rotate_extrude", s);
+    double angle = number(a["angle"]).value_or(360.0);
+    if (!(angle > -360.0 && angle <= 360.0)) angle = 360.0;
+    const double convexity = number(a["convexity"]).value_or(0.0);
+    take_file(e, s, a, node);
+    if (!node.path.empty()) node.parameters.emplace_back("scale", number(a["scale"]).value_or(1.0));
+    node.parameters.emplace_back("angle", angle);
+    node.parameters.emplace_back("convexity", convexity <= 0 ? 2.0 : convexity);
+    const Facets f = facets(e);
+    add_facets(node, f);
+    return node;
+}
+
+ModelNode projection(Evaluator& e, const Statement& s, const Arguments& a)
+{
+    ModelNode node = e.make_node("projection", s);
+    node.parameters = {{"cut", is_true(a["cut"])},
+                       {"convexity", number(a["convexity"]).value_or(0.0)}};
+    return node;
 }
 
 ModelNode import(Evaluator& e, const Statement& s, const Arguments& a)

@@ -7,6 +7,7 @@
 #include "genus/base/transform.h"
 #include "genus/language/node_reader.h"
 #include "genus/mesh/extrude.h"
+#include "genus/model/construct.h"
 
 namespace genus::language {
 
@@ -16,7 +17,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kRadian = 180.0 / kPi;
 // The share of a tolerance that the facets of plane curves may take.
 constexpr double kPlaneShare = 0.5;
-constexpr double kMostFragments = 1e6;
 constexpr std::size_t kMostSums = 4'000'000;  // of corners, for minkowski
 
 /// Makes the plane shape of one node; its parts are made already.
@@ -185,8 +185,6 @@ public:
         return sum;
     }
 
-    PlaneShape text() { fail("geometry of 'text' is not supported yet"); }
-
 private:
     PlaneShape made(Region region) const { return {std::move(region), deviation_}; }
 
@@ -230,11 +228,15 @@ private:
 const std::unordered_map<std::string_view, PlaneMaker::Method>& methods()
 {
     static const std::unordered_map<std::string_view, PlaneMaker::Method> map = {
-        {"difference", &PlaneMaker::difference}, {"intersection", &PlaneMaker::intersection},
-        {"square", &PlaneMaker::square},         {"circle", &PlaneMaker::circle},
-        {"polygon", &PlaneMaker::polygon},       {"text", &PlaneMaker::text},
-        {"multmatrix", &PlaneMaker::transform},  {"resize", &PlaneMaker::resize},
-        {"offset", &PlaneMaker::offset},         {"hull", &PlaneMaker::hull},
+        {"difference", &PlaneMaker::difference},
+        {"intersection", &PlaneMaker::intersection},
+        {"square", &PlaneMaker::square},
+        {"circle", &PlaneMaker::circle},
+        {"polygon", &PlaneMaker::polygon},
+        {"multmatrix", &PlaneMaker::transform},
+        {"resize", &PlaneMaker::resize},
+        {"offset", &PlaneMaker::offset},
+        {"hull", &PlaneMaker::hull},
         {"minkowski", &PlaneMaker::minkowski},
     };
     return map;
@@ -356,19 +358,7 @@ ExtrudedMesh extruded(const ModelNode& node, const PlaneShape& profile)
 
 int fragments_within(double tolerance, double r)
 {
-    if (!(tolerance < r)) return 5;
-    // 1 - cos is twice the square of the sine of half the angle.
-    const double half = std::asin(std::sqrt(0.5 * tolerance / r));
-    const double needed = std::ceil(kPi / (2.0 * half));
-    if (!(needed <= kMostFragments)) {
-        const double reached = r * (1.0 - cos_degrees(180.0 / kMostFragments));
-        throw ToleranceNotMet("a circle of radius " + to_text(r) + " needs more than " +
-                                  to_text(kMostFragments) + " sides to be within " +
-                                  to_text(tolerance) + "; with these it is within " +
-                                  to_text(reached),
-                              tolerance, reached, {});
-    }
-    return static_cast<int>(std::max(needed, 5.0));
+    return sides_within(tolerance, r);
 }
 
 }  // namespace genus::language

@@ -8,6 +8,7 @@
 
 #include "genus/base/progress.h"
 #include "genus/io/read_mesh.h"
+#include "genus/language/builtins_files.h"
 #include "genus/language/builtins_freeform.h"
 #include "genus/language/builtins_plane.h"
 #include "genus/language/node_reader.h"
@@ -302,7 +303,9 @@ Geometry solid_from(const ModelNode& node, std::vector<Solid> parts, std::vector
 Geometry extruded_solid(const ModelNode& node, std::vector<PlaneShape> parts)
 {
     try {
-        ExtrudedMesh made = language::extruded(node, plane_shape(node, std::move(parts)));
+        const PlaneShape profile = node.path.empty() ? plane_shape(node, std::move(parts))
+                                                     : language::imported_shape(node);
+        ExtrudedMesh made = language::extruded(node, profile);
         if (made.mesh.n_faces() == 0) return Solid();
         return polyhedron(std::move(made.mesh), made.deviation);
     } catch (const InvalidInput& problem) {
@@ -323,6 +326,9 @@ Geometry geometry_of(const ModelNode& node, std::vector<Message>& messages)
     language::check_stack();
     current_progress().check();
     if (language::is_freeform_shape(node.name)) return language::freeform_shape(node);
+    if (node.name == "text") return language::text_shape(node, messages);
+    if (language::is_plane_import(node)) return language::imported_shape(node);
+    if (node.name == "surface") return language::surface_solid(node);
     std::vector<Geometry> parts;
     for (const ModelNode& child : node.children)
         if (!child.background) parts.push_back(geometry_of(child, messages));
@@ -356,15 +362,22 @@ const ModelNode& picked(const ModelNode& tree)
 
 }  // namespace
 
+ModelGeometry to_geometry(const ModelNode& tree, std::vector<Message>& messages)
+{
+    Geometry made = geometry_of(picked(tree), messages);
+    if (auto* solid = std::get_if<Solid>(&made)) return {std::move(*solid), std::nullopt};
+    return {Solid(), std::move(std::get<PlaneShape>(made).region)};
+}
+
 Solid to_solid(const ModelNode& tree, std::vector<Message>& messages)
 {
-    const ModelNode& top = picked(tree);
-    Geometry made = geometry_of(top, messages);
-    if (auto* solid = std::get_if<Solid>(&made)) return std::move(*solid);
-    if (!std::get<PlaneShape>(made).region.empty())
+    ModelGeometry made = to_geometry(tree, messages);
+    if (made.region && !made.region->empty()) {
+        const ModelNode& top = picked(tree);
         throw ModelError(*top.file, top.line, top.column,
                          "the model is a plane shape; extrude it to a solid");
-    return Solid();
+    }
+    return std::move(made.solid);
 }
 
 }  // namespace genus

@@ -89,7 +89,13 @@ void run(const std::string& text, const std::string& path, const ModelOptions& o
     out.messages = diagnostics.take();
     if (!options.solid) return;
     try {
-        out.solid = to_solid(out.tree, out.messages);
+        if (!options.plane) {
+            out.solid = to_solid(out.tree, out.messages);
+            return;
+        }
+        ModelGeometry made = to_geometry(out.tree, out.messages);
+        out.solid = std::move(made.solid);
+        out.region = std::move(made.region);
     } catch (const language::StackExhausted&) {
         throw ModelError(path, 1, 1, "the model is nested too deeply");
     }

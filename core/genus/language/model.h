@@ -8,6 +8,7 @@
 #include "genus/language/diagnostics.h"
 #include "genus/language/model_tree.h"
 #include "genus/model/solid.h"
+#include "genus/polygon/region.h"
 
 namespace genus {
 
@@ -25,6 +26,8 @@ struct ModelOptions {
     bool preview = false;
     /// Whether to make the solid. Without, models run whose geometry cannot be made yet.
     bool solid = true;
+    /// Whether the model may be a plane shape, which `TextModel::region` then is.
+    bool plane = false;
     /// Most memory that the values of the model may take at a time, bytes.
     std::size_t memory = std::size_t{1} << 30;
     /// Where given, gets the messages even if the call throws.
@@ -33,6 +36,7 @@ struct ModelOptions {
 
 struct TextModel {
     Solid solid;
+    std::optional<Region> region;     // of a plane model, where the options allow that
     std::optional<double> tolerance;  // as the model or the options set it
     std::vector<Message> messages;    // in order
     ModelNode tree;

@@ -131,14 +131,21 @@ PolygonMesh linear_extrude(const Region& region, const LinearExtrudeOptions& opt
                        vertex(options.slices, t[2])});
     }
     const bool flat = options.twist == 0.0 && options.scale[0] == options.scale[1];
+    // The shorter diagonal; of two as good as equal the one that the text language takes.
     const bool leans_back = sin_degrees(options.twist / options.slices) < 0.0;
+    const auto first_diagonal = [&](std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d,
+                                    bool outer) {
+        const double one = distance(mesh.vertices[a], mesh.vertices[c]);
+        const double other = distance(mesh.vertices[b], mesh.vertices[d]);
+        return std::fabs(one - other) > 1e-9 * (one + other) ? one < other : leans_back != outer;
+    };
     for (int slice = 0; slice < options.slices; ++slice)
         for (const auto& side : profile.sides) {
             const auto a = vertex(slice, side.from), b = vertex(slice, side.to);
             const auto d = vertex(slice + 1, side.from), c = vertex(slice + 1, side.to);
             if (flat) {
                 faces.add({a, b, c, d});
-            } else if (leans_back == side.outer) {
+            } else if (first_diagonal(a, b, c, d, side.outer)) {
                 faces.add({a, b, c});
                 faces.add({a, c, d});
             } else {

@@ -15,7 +15,7 @@ struct LinearExtrudeOptions {
 
 /// The solid between a region at the bottom and its copy, turned and scaled, at the top; closed,
 /// faces outward. Walls are flat quadrilaterals without twist and uneven scale, triangles
-/// otherwise, cut along the diagonal that leans against the twist. Empty for an empty region.
+/// otherwise, cut along the shorter diagonal. Empty for an empty region.
 /// Where the region touches itself in a point, so does the solid along an edge.
 ///
 /// Throws InvalidInput for a height or slices that are not positive, a negative or uneven zero

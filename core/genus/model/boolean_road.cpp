@@ -119,7 +119,10 @@ private:
         IndexedMesh mesh;
         if (!std::holds_alternative<Empty>(shape)) {
             auto [known, is_new] = leaves_.try_emplace(&solid.node());
-            if (is_new) known->second = to_triangles(facet_mesh(shape));
+            if (is_new)
+                known->second = to_triangles(facet_mesh(shape));
+            else
+                ++scene_.n_shared;
             mesh = known->second;
         }
         if (!map.is_identity())
@@ -241,6 +244,8 @@ void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& me
                                   to_text(result.error.bound) + " only, asked for " +
                                   to_text(result.tolerance),
                               result.tolerance, result.error.bound, {box});
+    result.explanation.add("operands that share the mesh of an equal one", scene.n_shared,
+                           "operands");
     result.explanation.add("faces that nothing touches passed through", report.n_passive_faces,
                            "faces");
     result.mesh = std::move(made.mesh);

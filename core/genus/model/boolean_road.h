@@ -15,7 +15,8 @@ bool is_polyhedral(const Solid& solid);
 /// a few faces.
 bool is_smooth(const Solid& solid);
 
-/// Makes a closed mesh of a smooth solid, or of a lone freeform one, within the distance it returns of the exact one.
+/// Makes a closed mesh of a smooth solid, or of a lone freeform one, within the distance it returns
+/// of the exact one.
 using SmoothMesher = std::function<double(const Solid& smooth, IndexedMesh& mesh)>;
 
 /// A tree as operands and a formula for mesh_boolean. A polyhedral leaf is one operand, with its
@@ -28,6 +29,8 @@ struct BooleanScene {
     bool clean_operands = true;
     /// Largest distance of an operand to the exact shape that it stands for.
     double deviation = 0.0;
+    /// Operands whose mesh was made once, for an equal one before them.
+    std::int64_t n_shared = 0;
 };
 
 /// `box` holds the solid. Throws InvalidInput for a tree nested more than 8000 levels deep.

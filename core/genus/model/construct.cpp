@@ -31,6 +31,30 @@ struct MeshedPart {
     double deviation = 0.0;
 };
 
+// True for intersections of shapes that are convex by their kind.
+bool is_convex_by_kind(const Solid& solid)
+{
+    std::vector<const Solid*> open{&solid};
+    while (!open.empty()) {
+        const Shape& shape = open.back()->node().shape;
+        const Node& node = open.back()->node();
+        open.pop_back();
+        const bool passes = std::holds_alternative<Transformed>(shape) ||
+                            std::holds_alternative<Colored>(shape) ||
+                            std::holds_alternative<Intersection>(shape);
+        const bool convex =
+            std::holds_alternative<Cube>(shape) || std::holds_alternative<Sphere>(shape) ||
+            std::holds_alternative<Ellipsoid>(shape) || std::holds_alternative<Cylinder>(shape) ||
+            std::holds_alternative<HalfSpace>(shape);
+        if (!passes && !convex) return false;
+        if (passes)
+            for (const Solid& part : parts_of(node)) open.push_back(&part);
+    }
+    return true;
+}
+
+// The mesh of a curved convex solid is convex but for dents below its error; its hull has none, and
+// is no farther from the solid.
 MeshedPart mesh_of(const Solid& solid, std::optional<double> tolerance)
 {
     MeshOptions options;
@@ -39,6 +63,7 @@ MeshedPart mesh_of(const Solid& solid, std::optional<double> tolerance)
     MeshedSolid made = mesh_solid(solid, options);
     // Polyhedra are exact but for rounding.
     const double exact = 1e-9 * bounds(made.mesh).diagonal();
+    if (is_convex_by_kind(solid)) made.mesh = to_triangles(convex_hull(made.mesh.vertices));
     return {std::move(made.mesh), made.error.bound > exact ? made.error.bound : 0.0};
 }
 

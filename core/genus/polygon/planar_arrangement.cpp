@@ -20,6 +20,7 @@ __extension__ using Wide = __int128;
 
 constexpr int kGridBits = 40;    // coordinates stay below 2^41: products of three fit in 126 bits
 constexpr int kMostRounds = 64;  // of cutting; two or three are usual
+constexpr int kRoundsBeforeSnap = 8;
 
 int sign(Wide x)
 {
@@ -120,11 +121,84 @@ void PlanarArrangement::snap(const std::array<std::vector<std::span<const Vec2>>
 void PlanarArrangement::cut_until_no_two_cross()
 {
     merge_coincident();
+    const std::vector<Edge> given = edges_;
+    const std::size_t n_given = points_.size();
     for (int round = 0; cut_once(); ++round) {
+        if (round == kRoundsBeforeSnap) {
+            edges_ = given;
+            points_.resize(n_given);
+            is_input_.resize(n_given);
+            snap_to_squares();
+        }
         if (round == kMostRounds)
             throw Error("region: crossings did not settle on the grid; scale the polygon down");
         merge_coincident();
     }
+}
+
+// Pieces of nearly parallel edges can move on with every round. Then all crossings of the edges as
+// they were given are rounded, and each of these edges is led through all points whose grid squares
+// it passes: the result has no crossings but for edges that touch a square in a corner.
+void PlanarArrangement::snap_to_squares()
+{
+    const auto box_of = [&](const Point& p) {
+        Box2 box;
+        box.add(Vec2{{static_cast<double>(p.x), static_cast<double>(p.y)}});
+        return box;
+    };
+    std::vector<Box2> boxes;
+    for (const Edge& e : edges_) {
+        Box2 box = box_of(points_[e.from]);
+        box.add(box_of(points_[e.to]));
+        boxes.push_back(box.inflated(0.5));
+    }
+    const auto n_edges = static_cast<std::int32_t>(edges_.size());
+    for (const auto& [i, j] : overlapping_pairs(boxes)) {
+        const Edge &a = edges_[i], &b = edges_[j];
+        if (side(a, points_[b.from]) * side(a, points_[b.to]) >= 0) continue;
+        if (side(b, points_[a.from]) * side(b, points_[a.to]) >= 0) continue;
+        points_.push_back(rounded_crossing(a, b));
+    }
+    // Equal points are one: the first of them, those given before.
+    std::map<Point, std::int32_t> numbers;
+    std::vector<Point> distinct;
+    for (std::size_t v = 0; v < points_.size(); ++v)
+        if (v < is_input_.size() || numbers.find(points_[v]) == numbers.end()) {
+            numbers.try_emplace(points_[v], static_cast<std::int32_t>(distinct.size()));
+            distinct.push_back(points_[v]);
+        }
+    points_ = std::move(distinct);
+    is_input_.resize(points_.size(), false);
+
+    for (const Point& p : points_) boxes.push_back(box_of(p));
+    std::vector<std::pair<std::int32_t, std::int32_t>> cuts;  // edge, vertex
+    for (const auto& [i, j] : overlapping_pairs(boxes)) {
+        const std::int32_t edge = std::min(i, j), v = std::max(i, j) - n_edges;
+        if (edge >= n_edges || v < 0) continue;
+        const Edge& e = edges_[edge];
+        if (v != e.from && v != e.to && passes_square(e, points_[v])) cuts.emplace_back(edge, v);
+    }
+    split(cuts);
+    merge_coincident();
+}
+
+bool PlanarArrangement::passes_square(const Edge& e, const Point& r) const
+{
+    const Point p = points_[e.from], q = points_[e.to];
+    const Wide dx = q.x - p.x, dy = q.y - p.y, ex = r.x - p.x, ey = r.y - p.y;
+    const Wide off = 2 * (dx * ey - dy * ex);
+    const Wide reach = (dx < 0 ? -dx : dx) + (dy < 0 ? -dy : dy), on = dx * ex + dy * ey;
+    return -reach < off && off <= reach && on > 0 && on < dx * dx + dy * dy;
+}
+
+PlanarArrangement::Point PlanarArrangement::rounded_crossing(const Edge& a, const Edge& b) const
+{
+    const Point p = points_[a.from], q = points_[a.to];
+    const Point r = points_[b.from], s = points_[b.to];
+    const Wide den = Wide(q.x - p.x) * (s.y - r.y) - Wide(q.y - p.y) * (s.x - r.x);
+    const Wide num = Wide(r.x - p.x) * (s.y - r.y) - Wide(r.y - p.y) * (s.x - r.x);
+    return {p.x + divide_rounded((q.x - p.x) * num, den),
+            p.y + divide_rounded((q.y - p.y) * num, den)};
 }
 
 bool PlanarArrangement::cut_once()
@@ -170,17 +244,17 @@ bool PlanarArrangement::cut_once()
         end_on_edge(j, b, a.from, a_from);
         end_on_edge(j, b, a.to, a_to);
         if (touch) continue;
-        const Point p = points_[a.from], q = points_[a.to];
-        const Point r = points_[b.from], s = points_[b.to];
-        const Wide den = Wide(q.x - p.x) * (s.y - r.y) - Wide(q.y - p.y) * (s.x - r.x);
-        const Wide num = Wide(r.x - p.x) * (s.y - r.y) - Wide(r.y - p.y) * (s.x - r.x);
-        const std::int32_t v = number({p.x + divide_rounded((q.x - p.x) * num, den),
-                                       p.y + divide_rounded((q.y - p.y) * num, den)});
+        const std::int32_t v = number(rounded_crossing(a, b));
         cut_at(i, v);
         cut_at(j, v);
     }
     if (cuts.empty()) return false;
+    split(cuts);
+    return true;
+}
 
+void PlanarArrangement::split(std::vector<std::pair<std::int32_t, std::int32_t>>& cuts)
+{
     const auto along = [&](const Edge& e, std::int32_t v) {
         const Point p = points_[e.from], q = points_[e.to], r = points_[v];
         return Wide(q.x - p.x) * (r.x - p.x) + Wide(q.y - p.y) * (r.y - p.y);
@@ -211,7 +285,6 @@ bool PlanarArrangement::cut_once()
         }
     }
     edges_ = std::move(pieces);
-    return true;
 }
 
 void PlanarArrangement::merge_coincident()

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genus/polygon/polygon.h"
@@ -47,6 +48,11 @@ private:
     void snap(const std::array<std::vector<std::span<const Vec2>>, 2>& rings);
     void cut_until_no_two_cross();
     bool cut_once();
+    void snap_to_squares();
+    /// Cuts edges at vertices: pairs of both, in any order.
+    void split(std::vector<std::pair<std::int32_t, std::int32_t>>& cuts);
+    bool passes_square(const Edge& e, const Point& r) const;
+    Point rounded_crossing(const Edge& a, const Edge& b) const;
     void merge_coincident();
     void sweep();
     int side(const Edge& edge, const Point& p) const;

@@ -1,4 +1,4 @@
-"""Build a text model: a closed mesh, or its echo or flat text form.
+"""Build a text model: a closed mesh, a plane shape, or its echo or flat text form.
 
 genus build part.scad -o part.stl --tolerance 0.05
 genus build part.scad -o part.ply -D length=40 -D 'name="left"'
@@ -15,10 +15,12 @@ import genus
 from genus.cli.common import MESH_FORMATS, extension, positive, progress, write_text
 
 if TYPE_CHECKING:
-    from genus import Mesh, TextModel
+    from genus import Mesh, Region, TextModel
 
 TEXT_FORMATS = ("echo", "csg")
-KNOWN = ", ".join((*MESH_FORMATS, *TEXT_FORMATS))
+PLANE_FORMATS = ("svg", "dxf")
+FORMATS = (*MESH_FORMATS, *PLANE_FORMATS, *TEXT_FORMATS)
+KNOWN = ", ".join(FORMATS)
 METHODS = ("auto", "boolean", "emc", "mc")
 
 
@@ -33,7 +35,7 @@ def definition(text: str) -> tuple[str, str]:
 
 def output(path: str) -> str:
     """A path whose extension says what to write."""
-    if extension(path) not in (*MESH_FORMATS, *TEXT_FORMATS):
+    if extension(path) not in FORMATS:
         raise argparse.ArgumentTypeError(f"{path}: the extension must be one of {KNOWN}")
     return path
 
@@ -80,6 +82,9 @@ def run(args: argparse.Namespace) -> int:
     if kind in TEXT_FORMATS:
         write_text(args.output, model.echo if kind == "echo" else model.csg)
         return 0
+    if kind in PLANE_FORMATS:
+        plane_shape(args, model).save(args.output)
+        return 0
     mesh = make_mesh(args, model)
     start = time.perf_counter()
     with progress() as bar:
@@ -98,6 +103,7 @@ def evaluate(args: argparse.Namespace) -> TextModel:
                 args.model,
                 expressions=dict(args.defines),
                 solid=extension(args.output) not in TEXT_FORMATS,
+                plane=extension(args.output) in PLANE_FORMATS,
                 tolerance=args.tolerance,
                 messages=messages,
                 progress=bar,
@@ -105,6 +111,15 @@ def evaluate(args: argparse.Namespace) -> TextModel:
     finally:
         for message in messages:
             print(message, file=sys.stderr)
+
+
+def plane_shape(args: argparse.Namespace, model: TextModel) -> Region:
+    """The shape of a plane model; a model of nothing is one, too."""
+    if model.region is not None:
+        return model.region
+    if model.solid.is_empty:
+        return genus.Region()
+    raise genus.InvalidInput(f"{args.model}: the model is a solid; project it to a plane shape")
 
 
 def make_mesh(args: argparse.Namespace, model: TextModel) -> Mesh:

@@ -39,7 +39,6 @@ TEST(Errors, HaveTheirPlace)
         {"assert(1 > 2, \"no\");", 1, 1, "Assertion '(1 > 2)' failed: \"no\""},
         {"x = assert(false) 1;", 1, 5, "Assertion 'false' failed"},
         {"x = [for (i = 0; true; i = i + 1) i];", 1, 6, "for loop counter exceeded 1000000"},
-        {"x = dxf_dim(file = \"a.dxf\");", 1, 5, "function 'dxf_dim'"},
     };
     for (const Mistake& m : mistakes) {
         SCOPED_TRACE(m.program);

@@ -140,7 +140,6 @@ TEST(Plane, AloneIsNoSolid)
                  ModelError);
     EXPECT_THROW(read_model_text("linear_extrude(1) polygon([[0, 0], [1, \"a\"]]);", "case.scad"),
                  ModelError);
-    EXPECT_THROW(read_model_text("linear_extrude(1) text(\"a\");", "case.scad"), ModelError);
 }
 
 TEST(Import, ReadsAMeshBesideTheModel)

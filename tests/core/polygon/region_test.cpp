@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <random>
 
@@ -62,6 +63,33 @@ TEST(Region, SharedSidesVanish)
     ASSERT_EQ(all.rings.size(), 1u);
     EXPECT_EQ(all.rings[0].size(), 4u);
     EXPECT_TRUE(intersect(parts).empty());
+}
+
+// The sides of a drawn line lie nearly on one line; cutting them where they cross moved them on by
+// a grid step again and again.
+TEST(Region, BundlesOfNearlyParallelEdgesSettle)
+{
+    std::mt19937 random(99);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const int trials = std::getenv("GENUS_LONG") ? 20'000 : 30;
+    for (int trial = 0; trial < trials; ++trial) {
+        SCOPED_TRACE(trial);
+        const double angle = 360.0 * unit(random),
+                     spread = 0.1 * std::pow(10.0, -12.0 * unit(random));
+        const Vec2 u{{cos_degrees(angle), sin_degrees(angle)}}, v{{-u[1], u[0]}};
+        std::vector<Ring> rings;
+        for (int i = 0; i < 12; ++i) {
+            const double from = unit(random), to = from + unit(random);
+            const auto aside = [&] { return 0.1 + spread * (unit(random) - 0.5); };
+            rings.push_back({from * u - aside() * v, to * u - aside() * v, to * u + aside() * v,
+                             from * u + aside() * v});
+        }
+        const Region all = make_region(rings);
+        expect_valid(all);
+        EXPECT_LE(area(all), 0.4 + 2.0 * spread);
+        EXPECT_GT(area(all), 0.0);
+        EXPECT_TRUE(contains(all, 0.5 * (rings[0][0] + rings[0][2])));
+    }
 }
 
 TEST(Region, AChainOfTouchingSquaresIsOnePiece)
