@@ -20,7 +20,8 @@ struct MeshBooleanOptions {
     /// where faces so nearly coincide that the result could not be written in doubles.
     double most_snap = 1e-9;
     /// Unions of more operands than this, and subtractions of more, are solved in groups of
-    /// neighbours first, each group exactly; corners between groups are rounded once a step.
+    /// neighbours first where their faces cross more than a few others each; each group exactly, on
+    /// the grid of the whole. Corners between groups are rounded once a step.
     std::int32_t largest_union = 32;
 };
 
