@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "genus/mesh/aabb_tree.h"
@@ -34,7 +35,7 @@ struct CellDemands {
     double min_cosine = 0.92, min_cosine_several = 0.98;
     /// In cells where two surfaces may touch, how far these may be from each other: their curve
     /// can take any course there.
-    double touch = 0.0;
+    double touch = std::numeric_limits<double>::infinity();
     /// Cells are not cut below this size, whatever else is asked.
     double min_size = 0.0;
     /// Places where curved cells, and cells with several surfaces, must not be larger than this;

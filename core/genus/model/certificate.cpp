@@ -25,7 +25,7 @@ constexpr double kBeside = 5.0;                 // reach of a direction, of the 
 constexpr double kFlatness = 0.1;               // of a sandwich, of the shortest edge
 constexpr double kSmallestShare = 1.0 / 256.0;  // radius of a box that must lie in one
 constexpr std::int64_t kMaxListed = 256;
-constexpr std::int64_t kMaxBoxes = 2'000'000;
+constexpr std::int64_t kMaxBoxes = 2'000'000, kMaxBoxesStrict = 400'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Faces near each other with the formula cut down to the surfaces that decide near them.
@@ -469,7 +469,8 @@ public:
     {
         enough_ = std::min(tolerance_, std::max(c.bound, 0.25 * tolerance_));
         std::vector<Item> level{{cube, formula}};
-        while (!level.empty() && c.n_failed <= kMaxListed && c.n_boxes <= kMaxBoxes) {
+        while (!level.empty() && c.n_failed <= kMaxListed &&
+               c.n_boxes <= (strict_ ? kMaxBoxesStrict : kMaxBoxes)) {
             c.n_boxes += static_cast<std::int64_t>(level.size());
             std::vector<Outcome> outcomes(level.size());
             parallel_for(level.size(), 16, [&](std::size_t begin, std::size_t end) {

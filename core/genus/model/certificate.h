@@ -32,7 +32,7 @@ struct Certificate {
 struct Sandwich {
     /// How far they are to be from the mesh at least, as a share of the tolerance; less where
     /// edges are short.
-    double thickness = 0.125;
+    double thickness = 0.0;
     IndexedMesh outer, inner;
 };
 

@@ -1,5 +1,6 @@
 #include "genus/model/fibres.h"
 
+#include <algorithm>
 #include <array>
 
 #include "genus/base/parallel.h"
@@ -36,13 +37,16 @@ struct Prism {
 
 class PrismCheck {
 public:
-    explicit PrismCheck(const std::vector<SurfaceForm>& forms)
-        : forms_(forms), signs_(forms.size(), Sign{0})
+    PrismCheck(const std::vector<SurfaceForm>& forms, double short_enough)
+        : forms_(forms), short_enough_(short_enough), signs_(forms.size(), Sign{0})
     {
     }
 
     bool left_once(const Prism& prism, const SignFormula& formula, int depth)
     {
+        if (std::max({norm(prism.fibre(0)), norm(prism.fibre(1)), norm(prism.fibre(2))}) <=
+            short_enough_)
+            return true;
         for (const std::int32_t s : formula.surfaces()) {
             const Interval range = forms_[s].range(std::span<const Vec3>(prism.corners));
             signs_[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
@@ -72,6 +76,7 @@ private:
     }
 
     const std::vector<SurfaceForm>& forms_;
+    double short_enough_;
     std::vector<Sign> signs_;
 };
 
@@ -79,12 +84,13 @@ private:
 
 std::vector<std::int32_t> doubtful_prisms(const SurfaceMesh& mesh, const Sandwich& sandwich,
                                           const SignFormula& formula,
-                                          const std::vector<SurfaceForm>& forms)
+                                          const std::vector<SurfaceForm>& forms,
+                                          double short_enough)
 {
     const std::size_t n = mesh.mesh.n_faces();
     std::vector<char> doubtful(n, 0);
     parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
-        PrismCheck check(forms);
+        PrismCheck check(forms, short_enough);
         for (std::size_t f = begin; f < end; ++f) {
             Prism prism;
             for (std::size_t i = 0; i < 3; ++i) {

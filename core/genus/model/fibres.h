@@ -15,11 +15,14 @@ namespace genus {
 /// all barycentric b, are the fibres of its prism. If every surface that decides in the hull of the
 /// prism grows along o_1 - i_1, o_2 - i_2 and o_3 - i_3, then along each fibre the solid, inside at
 /// the end on M- and outside at the end on M+, is left exactly once. Prisms of which this is not
-/// shown are cut into four, and these again, up to five times.
+/// shown are cut into four, and these again, up to five times. Nor does a prism matter whose fibres
+/// are no longer than `short_enough`: a mesh that meets them all is no farther from what the solid
+/// has there.
 ///
 /// Cost: hulls of six points for each surface that decides near a face.
 std::vector<std::int32_t> doubtful_prisms(const SurfaceMesh& mesh, const Sandwich& sandwich,
                                           const SignFormula& formula,
-                                          const std::vector<SurfaceForm>& forms);
+                                          const std::vector<SurfaceForm>& forms,
+                                          double short_enough);
 
 }  // namespace genus

@@ -237,7 +237,8 @@ int winding_number(const IndexedMesh& mesh, const Vec3& p)
 
 Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
                            const FineMesh& fine, const SignFormula& formula,
-                           const std::vector<SurfaceForm>& forms, double tolerance)
+                           const std::vector<SurfaceForm>& forms, double tolerance,
+                           double short_enough)
 {
     Certificate c;
     Offsets offsets(fine, formula, forms, tolerance);
@@ -254,7 +255,9 @@ Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
         }
     }
     c.n_failed = static_cast<std::int64_t>(c.failed_faces.size());
-    if (c.n_failed == 0) offsets.report(c);
+    if (c.n_failed > 0) return c;
+    offsets.report(c);
+    c.bound = std::max(c.bound, short_enough);
     return c;
 }
 

@@ -383,8 +383,10 @@ private:
     std::int32_t n_border_ = 0;
 };
 
-// The shortest way out of all surfaces at each vertex; faces at vertices without one are stuck.
-std::vector<Vec3> corner_directions(const SurfaceMesh& m, const std::vector<SurfaceForm>& forms,
+// The fibre of the sandwich at each vertex, as long as its surfaces ask for; faces at vertices
+// where a surface does not recede along it are stuck.
+std::vector<Vec3> corner_directions(const SurfaceMesh& m, const Sandwich& sandwich,
+                                    const std::vector<SurfaceForm>& forms,
                                     std::vector<std::int32_t>& stuck)
 {
     std::vector<std::vector<std::int32_t>> labels(m.mesh.n_vertices());
@@ -395,12 +397,11 @@ std::vector<Vec3> corner_directions(const SurfaceMesh& m, const std::vector<Surf
                 labels[v].push_back(m.surface_of_face[f]);
     std::vector<Vec3> directions(labels.size());
     for (std::size_t v = 0; v < labels.size(); ++v) {
-        std::vector<Vec3> normals;
+        const Vec3 fibre = normalized(sandwich.outer.vertices[v] - sandwich.inner.vertices[v]);
+        double least = 1.0;
         for (const std::int32_t label : labels[v])
-            normals.push_back(outward(forms, label, m.mesh.vertices[v]));
-        const std::vector<double> ones(normals.size(), 1.0);
-        const auto d = shortest_direction(normals, ones);
-        if (d && norm(*d) < kLongestWay) directions[v] = *d;
+            least = std::min(least, dot(outward(forms, label, m.mesh.vertices[v]), fibre));
+        if (least * kLongestWay > 1.0) directions[v] = fibre / least;
     }
     for (std::size_t f = 0; f < m.mesh.n_faces(); ++f)
         for (const std::int32_t v : m.mesh.faces[f])
@@ -413,12 +414,13 @@ std::vector<Vec3> corner_directions(const SurfaceMesh& m, const std::vector<Surf
 
 }  // namespace
 
-FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
-                    double tolerance, std::int64_t max_triangles)
+FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
+                    const std::vector<SurfaceForm>& forms, double tolerance,
+                    std::int64_t max_triangles)
 {
     const double limit = kEdgeShare * tolerance;
     FineMesh fine;
-    const std::vector<Vec3> directions = corner_directions(coarse, forms, fine.stuck);
+    const std::vector<Vec3> directions = corner_directions(coarse, sandwich, forms, fine.stuck);
     if (!fine.stuck.empty()) return fine;
     CutEdges edges(coarse, forms, directions, limit);
     constexpr double kFar = 8.0;  // the guess is trusted to this factor
@@ -495,7 +497,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& f
     s.mesh.vertices.resize(n_vertices);
     fine.direction.resize(n_vertices);
     s.surfaces_of_vertex.resize(n_vertices);
-    s.cell_size.assign(n_vertices, 0.0);
+    s.cell_size.resize(n_vertices);
     s.mesh.faces.resize(fine.first_face[n]);
     s.surface_of_face.resize(fine.first_face[n]);
     fine.distance.resize(fine.first_face[n]);
@@ -504,6 +506,11 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& f
         fine.direction[v] = p.direction;
         s.surfaces_of_vertex[v] = on;
     };
+    std::vector<double> cell_size(n, std::numeric_limits<double>::infinity());
+    for (std::size_t f = 0; f < n; ++f)
+        for (const std::int32_t v : coarse.mesh.faces[f])
+            cell_size[f] = std::min(cell_size[f], coarse.cell_size[v]);
+    std::copy(coarse.cell_size.begin(), coarse.cell_size.end(), s.cell_size.begin());
     for (std::size_t v = 0; v < coarse.mesh.n_vertices(); ++v)
         put(static_cast<std::int64_t>(v), {coarse.mesh.vertices[v], directions[v]},
             coarse.surfaces_of_vertex[v]);
@@ -511,6 +518,12 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& f
         for (std::size_t k = 0; k < edges.points(e).size(); ++k)
             put(edges.first(e) + static_cast<std::int64_t>(k), edges.points(e)[k],
                 edges.surfaces(e));
+    for (std::size_t f = 0; f < n; ++f)
+        for (std::int32_t i = 0; i < 3; ++i) {
+            const auto e = static_cast<std::size_t>(edges.edge(sides.first(f) + i));
+            for (std::size_t k = 0; k < edges.points(e).size(); ++k)
+                s.cell_size[edges.first(e) + static_cast<std::int64_t>(k)] = cell_size[f];
+        }
     parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
         std::vector<std::int32_t> number;
         for (std::size_t f = begin; f < end; ++f) {
@@ -522,6 +535,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& f
                 const std::int64_t v = part.first_vertex + static_cast<std::int64_t>(k);
                 number.push_back(static_cast<std::int32_t>(v));
                 put(v, part.inner[k], {label >> 1, -1, -1});
+                s.cell_size[v] = cell_size[f];
             }
             for (std::size_t k = 0; k < part.faces.size(); ++k) {
                 const Triangle& t = part.faces[k];

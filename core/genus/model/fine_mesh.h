@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
+#include "genus/model/certificate.h"
 #include "genus/model/surface_form.h"
 
 namespace genus {
@@ -30,10 +31,11 @@ struct FineMesh {
 /// faces where the surface is straight one way, and no more points than the curvature asks for. A
 /// face that is still too far from its surface gets a vertex in the middle.
 ///
-/// A face is stuck if a point cannot be put on its surface, or if surfaces at a corner have no
-/// common way out. Throws ToleranceNotMet beyond `max_triangles`. O(triangles made); independent of
-/// threads.
-FineMesh cut_finely(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
-                    double tolerance, std::int64_t max_triangles);
+/// Directions at vertices of the coarse mesh are those of its sandwich. A face is stuck if a point
+/// cannot be put on its surface, or if surfaces at a corner have no common way out. Throws
+/// ToleranceNotMet beyond `max_triangles`. O(triangles made); independent of threads.
+FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
+                    const std::vector<SurfaceForm>& forms, double tolerance,
+                    std::int64_t max_triangles);
 
 }  // namespace genus

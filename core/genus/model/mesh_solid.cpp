@@ -39,7 +39,9 @@ constexpr double kTighter = 0.6;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 8.0;
-constexpr int kQuickAttempts = 4;
+constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
+constexpr double kShortFibre = 0.125;  // of the tolerance
+constexpr int kQuickAttempts = 3;
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
@@ -85,10 +87,16 @@ public:
 
     void run()
     {
-        if (kSandwichWidth * cube_.diagonal() >= kLeastSandwich * result_.tolerance &&
-            meshed(kQuickAttempts, [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
+        // The finer the tolerance the more the short way saves.
+        const double finer = kSandwichWidth * cube_.diagonal() / result_.tolerance;
+        const int attempts = finer < kLeastSandwich         ? 0
+                             : finer < 8.0 * kLeastSandwich ? kQuickAttempts
+                                                            : 2 * kQuickAttempts;
+        if (meshed(attempts, kTouch * result_.tolerance,
+                   [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
             return;
-        if (!meshed(kMaxAttempts, [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
+        if (!meshed(kMaxAttempts, kInfinity,
+                    [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
             give_up("the tolerance was not reached");
     }
 
@@ -96,13 +104,13 @@ private:
     // Cells are made finer where `attempt` leaves trouble, until it succeeds. False if it does not
     // within that number of times.
     template <class Attempt>
-    bool meshed(int attempts, const Attempt& succeeds)
+    bool meshed(int attempts, double touch, const Attempt& succeeds)
     {
         CellMesher mesher(formula_, forms_, cube_);
         CellDemands demands;
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
-        demands.touch = kTouch * result_.tolerance;
+        demands.touch = touch;
         std::size_t work = 0, budget = 0;
         for (int attempt = 0; attempt < attempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / attempts);
@@ -182,11 +190,13 @@ private:
             note_trouble(coarse, c);
             return false;
         }
-        FineMesh fine = cut_finely(coarse, forms_, result_.tolerance, options_.max_triangles);
+        FineMesh fine =
+            cut_finely(coarse, sandwich, forms_, result_.tolerance, options_.max_triangles);
         clock_.end("refine");
         c.failed_faces = fine.stuck;
         if (fine.stuck.empty())
-            c = certify_within(sandwich, coarse, fine, formula_, forms_, result_.tolerance);
+            c = certify_within(sandwich, coarse, fine, formula_, forms_, result_.tolerance,
+                               kShortFibre * result_.tolerance);
         clock_.end("certify");
         if (!c.failed_faces.empty()) {
             note_trouble(coarse, c);
@@ -200,16 +210,18 @@ private:
         return true;
     }
 
-    // A sandwich is to be thick for the way from surface to mesh, and thin for its fibres.
+    // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, thick.
     Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich) const
     {
         Certificate c;
-        for (const double thickness : {0.125, 0.02}) {
+        for (const double thickness : {0.0, kThickness}) {
             sandwich.thickness = thickness;
             c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
-            if (c.n_failed > 0) return c;
-            c.failed_faces = doubtful_prisms(coarse, sandwich, formula_, forms_);
-            if (c.failed_faces.empty()) return c;
+            if (c.n_failed > 0 && c.failed_faces.empty()) continue;
+            if (c.n_failed == 0)
+                c.failed_faces = doubtful_prisms(coarse, sandwich, formula_, forms_,
+                                                 kShortFibre * result_.tolerance);
+            break;
         }
         return c;
     }

@@ -241,7 +241,7 @@ public:
     // Removes the vertex into that neighbour which leaves the best shapes, none of them turned.
     bool try_drop(std::int32_t v)
     {
-        double best = 0.0;
+        double best = 1e-4;  // thinner faces are worse than a vertex that is off
         std::int32_t chosen = -1;
         m_.visit_ring(v, [&](std::int32_t s) {
             if (!kind_allows(s) || !m_.can_collapse(s)) return;

@@ -56,7 +56,7 @@ TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
     const Coarse c(bored_ball(), 0.4);
     for (const double tolerance : {0.04, 0.01, 0.0025}) {
         SCOPED_TRACE(tolerance);
-        const FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+        const FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
         ASSERT_TRUE(fine.stuck.empty());
         const IndexedMesh& mesh = fine.surface.mesh;
         EXPECT_TRUE(validate(mesh).ok());
@@ -79,7 +79,7 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
     const Coarse c(sphere(10), 0.4);
     const auto faces = [&](double tolerance) {
         return static_cast<double>(
-            cut_finely(c.mesh, c.forms, tolerance, 10'000'000).surface.mesh.n_faces());
+            cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 10'000'000).surface.mesh.n_faces());
     };
     const double few = faces(0.002), many = faces(0.0005);
     EXPECT_NEAR(many / few, 4.0, 0.4);
@@ -90,7 +90,8 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
     const Coarse pipe(cylinder(20, 5, 5, true), 0.4);
     const auto pipe_faces = [&](double tolerance) {
         return static_cast<double>(
-            cut_finely(pipe.mesh, pipe.forms, tolerance, 10'000'000).surface.mesh.n_faces());
+            cut_finely(pipe.mesh, pipe.sandwich, pipe.forms, tolerance, 10'000'000)
+                .surface.mesh.n_faces());
     };
     EXPECT_LT(pipe_faces(0.0005) / pipe_faces(0.002), 4.4);
 }
@@ -98,8 +99,8 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
 TEST(FineMesh, StopsAtTheLimit)
 {
     const Coarse c(sphere(10), 0.4);
-    EXPECT_THROW(cut_finely(c.mesh, c.forms, 1e-9, 100'000), ToleranceNotMet);
-    EXPECT_THROW(cut_finely(c.mesh, c.forms, 1e-3, 10'000), ToleranceNotMet);
+    EXPECT_THROW(cut_finely(c.mesh, c.sandwich, c.forms, 1e-9, 100'000), ToleranceNotMet);
+    EXPECT_THROW(cut_finely(c.mesh, c.sandwich, c.forms, 1e-3, 10'000), ToleranceNotMet);
 }
 
 TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
@@ -110,12 +111,12 @@ TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
               {cylinder(20, 4, 4, true), transformed(cylinder(20, 3, 3, true), rotation_x(90))})}) {
         const Coarse c(solid, 0.2);
         ASSERT_EQ(c.proof.n_failed, 0);
-        EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms).empty());
+        EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).empty());
         const double tolerance = 0.01;
-        const FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+        const FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
         ASSERT_TRUE(fine.stuck.empty());
         const Certificate short_way =
-            certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance);
+            certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0);
         ASSERT_EQ(short_way.n_failed, 0);
         const Certificate long_way = certify(fine.surface, c.formula, c.forms, c.cube, tolerance);
         EXPECT_EQ(long_way.n_failed, 0);
@@ -128,13 +129,14 @@ TEST(FineCertificate, RefusesAMeshThatIsOff)
 {
     const Coarse c(bored_ball(), 0.4);
     const double tolerance = 0.01;
-    FineMesh fine = cut_finely(c.mesh, c.forms, tolerance, 1'000'000);
+    FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
     ASSERT_TRUE(fine.stuck.empty());
     // A vertex inside a face, three tolerances out.
     std::size_t v = 0;
     while (fine.surface.surfaces_of_vertex[v][1] >= 0) ++v;
     fine.surface.mesh.vertices[v] += 3.0 * tolerance * fine.direction[v];
-    const Certificate off = certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance);
+    const Certificate off =
+        certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0);
     EXPECT_GT(off.n_failed, 0);
     std::set<std::int32_t> expected;
     for (std::size_t f = 0; f < c.mesh.mesh.n_faces(); ++f)
@@ -149,10 +151,11 @@ TEST(FineCertificate, CountsTurns)
 {
     // The fine mesh inside out: signs hold nowhere.
     const Coarse c(sphere(10), 0.4);
-    FineMesh fine = cut_finely(c.mesh, c.forms, 0.01, 1'000'000);
+    FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, 0.01, 1'000'000);
     ASSERT_TRUE(fine.stuck.empty());
     for (Triangle& t : fine.surface.mesh.faces) std::swap(t[1], t[2]);
-    const Certificate turned = certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, 0.01);
+    const Certificate turned =
+        certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, 0.01, 0.0);
     EXPECT_EQ(turned.n_failed, static_cast<std::int64_t>(c.mesh.mesh.n_faces()));
 }
 
@@ -160,14 +163,14 @@ TEST(Fibres, ThickPrismsRoundACurveAreDoubtful)
 {
     // M+ and M- a whole radius from a bore: fibres leave the solid into the bore and enter again.
     const Coarse c(bored_ball(), 0.4);
-    EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms).empty());
+    EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).empty());
     Sandwich thick = c.sandwich;
     for (std::size_t v = 0; v < c.mesh.mesh.n_vertices(); ++v) {
         const Vec3& p = c.mesh.mesh.vertices[v];
         thick.outer.vertices[v] = p + 30.0 * (c.sandwich.outer.vertices[v] - p);
         thick.inner.vertices[v] = p + 30.0 * (c.sandwich.inner.vertices[v] - p);
     }
-    EXPECT_FALSE(doubtful_prisms(c.mesh, thick, c.formula, c.forms).empty());
+    EXPECT_FALSE(doubtful_prisms(c.mesh, thick, c.formula, c.forms, 0.0).empty());
 }
 
 TEST(SurfaceForm, SlopesRangesAndRootsHold)
