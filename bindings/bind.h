@@ -25,9 +25,9 @@ struct FaceOrigin {
 /// made them where there was one.
 struct Mesh {
     std::shared_ptr<const IndexedMesh> triangles;
-    std::shared_ptr<const MeshedSolid> made;  // null for a mesh that was loaded or given
-    double seconds = 0.0;                     // of that call, as its caller sees it
-    bool was_measured = false;                // and whether it sampled the error
+    std::shared_ptr<const MeshedSolid> made;   // null for a mesh that was loaded or given
+    double seconds = 0.0;                      // of that call, as its caller sees it
+    bool was_measured = false;                 // and whether it sampled the error
     std::shared_ptr<const FaceOrigin> origin;  // null unless a boolean of meshes made it
     // Made when first asked for, with the interpreter lock held.
     mutable std::shared_ptr<const Topology> topology;
