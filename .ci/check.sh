@@ -32,11 +32,6 @@ ctest --test-dir build/asan --output-on-failure -j "$(nproc)"
 
 echo "== thread sanitizer, on the tests that run threads against each other"
 cmake --preset tsan -Wno-dev >/dev/null
-targets=$(grep -rlE 'TEST.*(Thread|Cancel|Parallel)' tests/core --include='*_test.cpp' |
-    cut -d/ -f3 | sort -u | sed 's/$/_test/')
-# shellcheck disable=SC2086  # a list of words
-cmake --build --preset tsan --target $targets
-for target in $targets; do
-    GENUS_THREADS=4 without_aslr "build/tsan/tests/core/$target" --gtest_brief=1 \
-        --gtest_filter='*Thread*:*Cancel*:*Parallel*'
-done
+cmake --build --preset tsan --target thread_test
+GENUS_THREADS=4 without_aslr build/tsan/tests/core/thread_test --gtest_brief=1 \
+    --gtest_filter='*Thread*:*Cancel*:*Parallel*'

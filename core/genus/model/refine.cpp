@@ -540,6 +540,16 @@ void drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, d
     }
 }
 
+// Vertices that have come to the same place, of whatever kind, become one where topology allows.
+void join_coincident(FlexibleMesh& mesh, const Shaper& shaper)
+{
+    constexpr double kSame = 1e-9;  // of the cell size
+    for (std::int32_t s = 0; s < mesh.n_sides(); ++s)
+        if (mesh.alive(s) && shaper.length(s) <= kSame * mesh.cell_size(mesh.from(s)) &&
+            mesh.can_collapse(s))
+            mesh.collapse(s);
+}
+
 }  // namespace
 
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
@@ -570,6 +580,7 @@ void settle_all(SurfaceMesh& mesh, const std::vector<SurfaceForm>& forms, double
         mesh = rough.release();
         settle(mesh, forms);
         FlexibleMesh settled(std::move(mesh));
+        join_coincident(settled, Shaper(settled, forms));
         drop_unsettled(settled, forms, far);
         mesh = settled.release();
     }
