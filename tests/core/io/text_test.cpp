@@ -87,7 +87,7 @@ TEST(ParseNumber, TakesTheEdgesOfTheRange)
     EXPECT_EQ(parsed("1e-99999999999999999999"), 0.0);
     EXPECT_EQ(parsed("0e99999999999999999999"), 0.0);
     EXPECT_EQ(parsed("0." + std::string(500, '0') + "1e100"), 0.0);
-    EXPECT_EQ(parsed(std::string(500, '0') + "1.5"), 1.5);
+    EXPECT_EQ(parsed(std::string(500, '0').append("1.5")), 1.5);
     EXPECT_EQ(parsed("0." + std::string(500, '0') + "1e501"), 1.0);
     EXPECT_TRUE(std::signbit(parsed("-0")));
     EXPECT_TRUE(std::signbit(parsed("-1e-400")));
