@@ -44,23 +44,31 @@ public:
 
     bool left_once(const Prism& prism, const SignFormula& formula, int depth)
     {
-        if (std::max({norm(prism.fibre(0)), norm(prism.fibre(1)), norm(prism.fibre(2))}) <=
-            short_enough_)
-            return true;
         for (const std::int32_t s : formula.surfaces()) {
             const Interval range = forms_[s].range(std::span<const Vec3>(prism.corners));
             signs_[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
         }
         const SignFormula here = formula.simplified(signs_);
+        if (here.constant() == 0 && all_grow(prism, here)) return true;
+        if (const double length = longest_fibre(prism); length <= short_enough_) {
+            longest_short_ = std::max(longest_short_, length);
+            return true;
+        }
         if (here.constant() != 0) return false;
-        if (all_grow(prism, here)) return true;
         if (depth == kDeepest) return false;
         for (const Prism& part : prism.quarters())
             if (!left_once(part, here, depth + 1)) return false;
         return true;
     }
 
+    double longest_short() const { return longest_short_; }
+
 private:
+    static double longest_fibre(const Prism& prism)
+    {
+        return std::max({norm(prism.fibre(0)), norm(prism.fibre(1)), norm(prism.fibre(2))});
+    }
+
     bool all_grow(const Prism& prism, const SignFormula& f) const
     {
         for (std::size_t n = 0; n < f.surfaces().size(); ++n) {
@@ -76,20 +84,21 @@ private:
     }
 
     const std::vector<SurfaceForm>& forms_;
-    double short_enough_;
+    double short_enough_, longest_short_ = 0.0;
     std::vector<Sign> signs_;
 };
 
 }  // namespace
 
-std::vector<std::int32_t> doubtful_prisms(const SurfaceMesh& mesh, const Sandwich& sandwich,
-                                          const SignFormula& formula,
-                                          const std::vector<SurfaceForm>& forms,
-                                          double short_enough)
+DoubtfulPrisms doubtful_prisms(const SurfaceMesh& mesh, const Sandwich& sandwich,
+                               const SignFormula& formula, const std::vector<SurfaceForm>& forms,
+                               double short_enough)
 {
+    constexpr std::size_t kGrain = 64;
     const std::size_t n = mesh.mesh.n_faces();
     std::vector<char> doubtful(n, 0);
-    parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> longest(n / kGrain + 1, 0.0);
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
         PrismCheck check(forms, short_enough);
         for (std::size_t f = begin; f < end; ++f) {
             Prism prism;
@@ -100,10 +109,12 @@ std::vector<std::int32_t> doubtful_prisms(const SurfaceMesh& mesh, const Sandwic
             }
             doubtful[f] = check.left_once(prism, formula, 0) ? 0 : 1;
         }
+        longest[begin / kGrain] = check.longest_short();
     });
-    std::vector<std::int32_t> found;
+    DoubtfulPrisms found;
     for (std::size_t f = 0; f < n; ++f)
-        if (doubtful[f] != 0) found.push_back(static_cast<std::int32_t>(f));
+        if (doubtful[f] != 0) found.faces.push_back(static_cast<std::int32_t>(f));
+    found.longest_short = *std::max_element(longest.begin(), longest.end());
     return found;
 }
 

@@ -238,10 +238,10 @@ int winding_number(const IndexedMesh& mesh, const Vec3& p)
 Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
                            const FineMesh& fine, const SignFormula& formula,
                            const std::vector<SurfaceForm>& forms, double tolerance,
-                           double short_enough)
+                           double short_fibre)
 {
     Certificate c;
-    Offsets offsets(fine, formula, forms, tolerance);
+    Offsets offsets(fine, formula, forms, tolerance - short_fibre);
     c.failed_faces = offsets.grow();
     if (c.failed_faces.empty()) {
         const IndexedMesh outer = offsets.mesh(0), inner = offsets.mesh(1);
@@ -257,7 +257,7 @@ Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
     c.n_failed = static_cast<std::int64_t>(c.failed_faces.size());
     if (c.n_failed > 0) return c;
     offsets.report(c);
-    c.bound = std::max(c.bound, short_enough);
+    c.bound += short_fibre;
     return c;
 }
 

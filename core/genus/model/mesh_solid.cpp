@@ -184,19 +184,20 @@ private:
         make_coarse(coarse, width);
         clock_.end("refine");
         Sandwich sandwich;
-        Certificate c = prove(coarse, width, sandwich);
+        double short_fibre = 0.0;
+        Certificate c = prove(coarse, width, sandwich, short_fibre);
         clock_.end("certify");
         if (c.n_failed > 0 || !c.failed_faces.empty()) {
             note_trouble(coarse, c);
             return false;
         }
-        FineMesh fine =
-            cut_finely(coarse, sandwich, forms_, result_.tolerance, options_.max_triangles);
+        FineMesh fine = cut_finely(coarse, sandwich, forms_, result_.tolerance - short_fibre,
+                                   options_.max_triangles);
         clock_.end("refine");
         c.failed_faces = fine.stuck;
         if (fine.stuck.empty())
             c = certify_within(sandwich, coarse, fine, formula_, forms_, result_.tolerance,
-                               kShortFibre * result_.tolerance);
+                               short_fibre);
         clock_.end("certify");
         if (!c.failed_faces.empty()) {
             note_trouble(coarse, c);
@@ -211,16 +212,20 @@ private:
     }
 
     // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, thick.
-    Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich) const
+    Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich,
+                      double& short_fibre) const
     {
         Certificate c;
         for (const double thickness : {0.0, kThickness}) {
             sandwich.thickness = thickness;
             c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
             if (c.n_failed > 0 && c.failed_faces.empty()) continue;
-            if (c.n_failed == 0)
-                c.failed_faces = doubtful_prisms(coarse, sandwich, formula_, forms_,
-                                                 kShortFibre * result_.tolerance);
+            if (c.n_failed == 0) {
+                DoubtfulPrisms doubtful = doubtful_prisms(coarse, sandwich, formula_, forms_,
+                                                          kShortFibre * result_.tolerance);
+                c.failed_faces = std::move(doubtful.faces);
+                short_fibre = doubtful.longest_short;
+            }
             break;
         }
         return c;

@@ -111,7 +111,7 @@ TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
               {cylinder(20, 4, 4, true), transformed(cylinder(20, 3, 3, true), rotation_x(90))})}) {
         const Coarse c(solid, 0.2);
         ASSERT_EQ(c.proof.n_failed, 0);
-        EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).empty());
+        EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).faces.empty());
         const double tolerance = 0.01;
         const FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
         ASSERT_TRUE(fine.stuck.empty());
@@ -163,14 +163,14 @@ TEST(Fibres, ThickPrismsRoundACurveAreDoubtful)
 {
     // M+ and M- a whole radius from a bore: fibres leave the solid into the bore and enter again.
     const Coarse c(bored_ball(), 0.4);
-    EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).empty());
+    EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).faces.empty());
     Sandwich thick = c.sandwich;
     for (std::size_t v = 0; v < c.mesh.mesh.n_vertices(); ++v) {
         const Vec3& p = c.mesh.mesh.vertices[v];
         thick.outer.vertices[v] = p + 30.0 * (c.sandwich.outer.vertices[v] - p);
         thick.inner.vertices[v] = p + 30.0 * (c.sandwich.inner.vertices[v] - p);
     }
-    EXPECT_FALSE(doubtful_prisms(c.mesh, thick, c.formula, c.forms, 0.0).empty());
+    EXPECT_FALSE(doubtful_prisms(c.mesh, thick, c.formula, c.forms, 0.0).faces.empty());
 }
 
 TEST(SurfaceForm, SlopesRangesAndRootsHold)
