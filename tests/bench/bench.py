@@ -23,6 +23,7 @@ from typing import Any
 import genus
 import numpy as np
 from genus.report.table import columns, number
+from loglog import loglog
 
 BALL, BORE, LENGTH = 50.0, 15.0, 120.0
 
@@ -137,25 +138,20 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def plot(rows: list[dict[str, Any]], path: str) -> None:
-    """Error against run time, both axes logarithmic."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(5.6, 3.6), dpi=110)
+    """Error against run time."""
+    curves = []
     for name, style in (("genus", "o-"), ("manifold3d", "s--")):
         if name in rows[0]:
-            x, y = [r[name]["seconds"] for r in rows], [r[name]["error"] for r in rows]
             label = "genus, certified" if name == "genus" else f"{name}, facets by sagitta"
-            axes.loglog(x, y, style, label=label, markersize=4)
-    axes.set_xlabel("seconds")
-    axes.set_ylabel("true error, model units")
-    axes.set_title("ball of radius 50 less two crossing bores", fontsize=10)
-    axes.grid(True, which="both", alpha=0.25)
-    axes.legend(frameon=False, fontsize=9)
-    figure.tight_layout()
-    figure.savefig(path)
+            x, y = [r[name]["seconds"] for r in rows], [r[name]["error"] for r in rows]
+            curves.append((label, style, x, y))
+    loglog(
+        path,
+        curves,
+        title="ball of radius 50 less two crossing bores",
+        x="seconds",
+        y="true error, model units",
+    )
 
 
 def main() -> int:

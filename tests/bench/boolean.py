@@ -27,11 +27,16 @@ from typing import Any, NamedTuple
 import genus
 import numpy as np
 from genus.report.table import columns, number
+from loglog import loglog
 
 Arrays = tuple[np.ndarray, np.ndarray]
 REPEATS = 3
 SLOW = 20.0  # seconds after which a call is not repeated
 GIVE_UP = 60.0  # a peer that took longer in a row of growing cases is left out of the next
+
+
+class NoSuchCall(Exception):
+    """A peer has no call for a case, or none that ends in reasonable time: no row."""
 
 
 class Case(NamedTuple):
@@ -220,7 +225,7 @@ class Trueform:
 
     def solve(self, solids: list[Any], n_first: int) -> Any:
         if len(solids) != 2 or n_first != 1:
-            raise NotImplementedError("two operands only")
+            raise NoSuchCall("two operands only")
         return self.lib.boolean_difference(*solids)[0]
 
     def common(self, a: Any, b: Any) -> Any:
@@ -243,7 +248,7 @@ class Cgal:
         from CGAL.CGAL_Kernel import Point_3
 
         if len(arrays[1]) > 300_000:
-            raise NotImplementedError("goes in point by point: too slow")
+            raise NoSuchCall("goes in point by point: too slow")
 
         points = self.pmp.Point_3_Vector()
         for x, y, z in arrays[0].tolist():
@@ -260,7 +265,7 @@ class Cgal:
 
     def solve(self, solids: list[Any], n_first: int) -> Any:
         if len(solids) != 2 or n_first != 1:
-            raise NotImplementedError("two operands only")
+            raise NoSuchCall("two operands only")
         result = self.poly.Polyhedron_3()
         self.pmp.corefine_and_compute_difference(*(s.deepcopy() for s in solids), result)
         return result
@@ -345,7 +350,7 @@ def measure_all(libraries: dict[str, Any], case: Case) -> dict[str, Any]:
     for name, library in libraries.items():
         try:
             rows[name] = measure(library, case)
-        except NotImplementedError:
+        except NoSuchCall:
             continue
         except Exception as error:  # a peer that fails is a result, not the end of the run
             if name == "genus":
@@ -416,22 +421,18 @@ def sweep(libraries: dict[str, Any], largest: int) -> dict[str, dict[int, float]
 
 
 def plot(seconds: dict[str, dict[int, float]], path: str) -> None:
-    """Cost against size, both axes logarithmic."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(5.6, 3.6), dpi=110)
-    for (name, points), style in zip(seconds.items(), ("o-", "s--", "^:", "d-."), strict=False):
-        axes.loglog(list(points), list(points.values()), style, label=name, markersize=4)
-    axes.set_xlabel("triangles of each operand")
-    axes.set_ylabel("CPU seconds, arrays to arrays")
-    axes.set_title("sphere less shifted sphere", fontsize=10)
-    axes.grid(True, which="both", alpha=0.25)
-    axes.legend(frameon=False, fontsize=9)
-    figure.tight_layout()
-    figure.savefig(path)
+    """Cost against size."""
+    styles = ("o-", "s--", "^:", "d-.")
+    loglog(
+        path,
+        [
+            (name, style, list(points), list(points.values()))
+            for (name, points), style in zip(seconds.items(), styles, strict=False)
+        ],
+        title="sphere less shifted sphere",
+        x="triangles of each operand",
+        y="CPU seconds, arrays to arrays",
+    )
 
 
 def main() -> int:
