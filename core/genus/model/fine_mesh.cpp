@@ -181,7 +181,7 @@ private:
     double distance_from_surface(const Vec3& p, std::int32_t s) const
     {
         if (forms_[s].is_plane()) return 0.0;
-        return std::fabs(forms_[s].value(p)) / norm(forms_[s].gradient(p));
+        return forms_[s].distance(p);
     }
 
     std::optional<Point> on_surface(const Vec3& start, const Vec3& way, std::int32_t label) const
@@ -356,9 +356,7 @@ private:
         const Vec3 middle = 0.5 * (from.at + to.at);
         const double limit = limit_ / std::max({1.0, norm(from.direction), norm(to.direction)});
         double pieces = 1.0;
-        if (!form_.is_plane())
-            pieces =
-                pieces_for(std::fabs(form_.value(middle)) / norm(form_.gradient(middle)), limit);
+        if (!form_.is_plane()) pieces = pieces_for(form_.distance(middle), limit);
         if (!(pieces <= kMostPieces)) return std::nullopt;
         Side side{static_cast<std::int32_t>(pool_.size()), static_cast<std::int32_t>(pieces), 1};
         pool_.push_back(a);

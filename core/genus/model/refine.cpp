@@ -446,9 +446,7 @@ private:
         const Vec3 middle = 0.5 * (m_.point(m_.from(s)) + m_.point(m_.to(s)));
         double most = 0.0;
         for (const std::int32_t i : carriers(s))
-            if (i >= 0)
-                most = std::max(
-                    most, std::fabs(forms_[i].value(middle)) / norm(forms_[i].gradient(middle)));
+            if (i >= 0) most = std::max(most, forms_[i].distance(middle));
         return most;
     }
 
@@ -533,9 +531,7 @@ void drop_unsettled(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, d
         if (!mesh.exists(v)) continue;
         double most = 0.0;
         for (const std::int32_t s : mesh.surfaces(v))
-            if (s >= 0)
-                most = std::max(most, std::fabs(forms[s].value(mesh.point(v))) /
-                                          norm(forms[s].gradient(mesh.point(v))));
+            if (s >= 0) most = std::max(most, forms[s].distance(mesh.point(v)));
         if (most > far) shaper.try_drop(v);
     }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -27,6 +28,8 @@ public:
     bool is_plane() const { return kind_ == Surface::Kind::Plane; }
     double value(const Vec3& p) const;
     Vec3 gradient(const Vec3& p) const;
+    /// Distance of a point from the surface, to first order.
+    double distance(const Vec3& p) const { return std::fabs(value(p)) / norm(gradient(p)); }
     /// Holds F over the convex hull of three or four points.
     Interval range(const std::array<Vec3, 3>& triangle) const;
     Interval range(const std::array<Vec3, 4>& tet) const;
