@@ -38,7 +38,7 @@ constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face er
 constexpr double kTighter = 0.6;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
-constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 8.0;
+constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 4.0;
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
