@@ -11,7 +11,7 @@ enum class TriangulateMethod {
     Ear,      ///< corner cutting, best-shaped corner first: few points, good shapes; rings that
               ///< touch are left to Sweep
     Sweep,    ///< sweep line: many points
-    Delaunay  ///< constrained Delaunay, from the sweep by flips: the best shapes
+    Delaunay  ///< constrained Delaunay, at about twice the time of Sweep: the best shapes
 };
 
 /// Cuts a polygon into triangles without new points. Triangles turn counterclockwise, have
