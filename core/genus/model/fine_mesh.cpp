@@ -23,7 +23,13 @@ constexpr int kDeepest = 400;            // cuts of one face, each of a half
 
 struct Point {
     Vec3 at, direction;
+    ShellPoints shell;
 };
+
+ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
+{
+    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
+}
 
 Vec3 outward(const std::vector<SurfaceForm>& forms, std::int32_t label, const Vec3& p)
 {
@@ -40,9 +46,11 @@ double pieces_for(double sagitta, double limit)
 // The points between the ends of the edges of the coarse mesh.
 class CutEdges {
 public:
-    CutEdges(const SurfaceMesh& coarse, const std::vector<SurfaceForm>& forms,
-             const std::vector<Vec3>& direction, double limit)
+    CutEdges(const SurfaceMesh& coarse, const CoarseShell& shell,
+             const std::vector<SurfaceForm>& forms, const std::vector<Vec3>& direction,
+             double limit)
         : m_(coarse),
+          shell_(shell),
           forms_(forms),
           direction_(direction),
           limit_(limit),
@@ -89,6 +97,10 @@ public:
         return stuck;
     }
 
+    Point at_vertex(std::int32_t v) const
+    {
+        return {m_.mesh.vertices[v], direction_[v], shell_.at(v)};
+    }
     std::int64_t n_vertices() const { return first_.back(); }
     std::size_t n_edges() const { return points_.size(); }
     const std::vector<Point>& points(std::size_t e) const { return points_[e]; }
@@ -118,8 +130,7 @@ private:
     {
         const std::int32_t side = table_.sides[table_.starts[e]];
         const std::int32_t a = sides_.from(side), b = sides_.to(side);
-        return {Point{m_.mesh.vertices[a], direction_[a]},
-                Point{m_.mesh.vertices[b], direction_[b]}};
+        return {at_vertex(a), at_vertex(b)};
     }
 
     double limit(std::size_t e) const
@@ -161,11 +172,12 @@ private:
             for (int i = 1; i < n; ++i) {
                 const double t = static_cast<double>(i) / n;
                 const Vec3 start = from.at + t * (to.at - from.at);
-                const auto p =
+                auto p =
                     crease ? on_curve(start, left, right, to.at - from.at)
                            : on_surface(start, from.direction + t * (to.direction - from.direction),
                                         left);
                 if (!p) return false;
+                p->shell = between(from.shell, to.shell, t);
                 points.push_back(*p);
             }
             double most = 0.0;
@@ -190,7 +202,7 @@ private:
         const auto t = form.root_along(start, way);
         if (!t) return std::nullopt;
         const Vec3 p = start + *t * way;
-        return Point{p, outward(forms_, label, p)};
+        return Point{p, outward(forms_, label, p), {}};
     }
 
     // Newton's method for the point of both surfaces in the plane through `start` across `along`:
@@ -226,10 +238,11 @@ private:
         const Vec3 m = outward(forms_, left, *p), n = outward(forms_, right, *p);
         const double together = 1.0 + dot(m, n);
         if (!(together * kLongestWay > 1.0)) return std::nullopt;
-        return Point{*p, (m + n) / together};
+        return Point{*p, (m + n) / together, {}};
     }
 
     const SurfaceMesh& m_;
+    const CoarseShell& shell_;
     const std::vector<SurfaceForm>& forms_;
     const std::vector<Vec3>& direction_;
     double limit_;
@@ -317,9 +330,10 @@ private:
         for (const std::int32_t v : t) spread = std::max(spread, norm(points_[v].direction));
         if (!(std::max(distance[0], distance[1]) * spread <= kFaceShare / kEdgeShare * limit_)) {
             if (middles == kMostMiddles) return false;
-            const auto middle = on_surface(
-                (p[0] + p[1] + p[2]) / 3.0,
-                points_[t[0]].direction + points_[t[1]].direction + points_[t[2]].direction);
+            const Point &a = points_[t[0]], &b = points_[t[1]], &c = points_[t[2]];
+            const auto middle =
+                on_surface((p[0] + p[1] + p[2]) / 3.0, a.direction + b.direction + c.direction,
+                           between(a.shell, between(b.shell, c.shell, 0.5), 2.0 / 3.0));
             if (!middle) return false;
             const std::int32_t m = *middle;
             return add({t[0], t[1], m}, middles + 1) && add({t[1], t[2], m}, middles + 1) &&
@@ -341,12 +355,13 @@ private:
     }
 
     // Number of the new vertex.
-    std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way)
+    std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way,
+                                           const ShellPoints& shell)
     {
         const auto root = form_.root_along(start, way);
         if (!root) return std::nullopt;
         const Vec3 p = start + *root * way;
-        points_.push_back({p, sign_ * normalized(form_.gradient(p))});
+        points_.push_back({p, sign_ * normalized(form_.gradient(p)), shell});
         return static_cast<std::int32_t>(points_.size()) - 1;
     }
 
@@ -363,7 +378,8 @@ private:
         for (std::int32_t i = 1; i < side.n; ++i) {
             const double t = static_cast<double>(i) / side.n;
             const auto v = on_surface(from.at + t * (to.at - from.at),
-                                      from.direction + t * (to.direction - from.direction));
+                                      from.direction + t * (to.direction - from.direction),
+                                      between(from.shell, to.shell, t));
             if (!v) return std::nullopt;
             pool_.push_back(*v);
         }
@@ -412,7 +428,7 @@ std::vector<Vec3> corner_directions(const SurfaceMesh& m, const Sandwich& sandwi
 
 }  // namespace
 
-FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
+FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const CoarseShell& shell,
                     const std::vector<SurfaceForm>& forms, double tolerance,
                     std::int64_t max_triangles)
 {
@@ -420,7 +436,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
     FineMesh fine;
     const std::vector<Vec3> directions = corner_directions(coarse, sandwich, forms, fine.stuck);
     if (!fine.stuck.empty()) return fine;
-    CutEdges edges(coarse, forms, directions, limit);
+    CutEdges edges(coarse, shell, forms, directions, limit);
     constexpr double kFar = 8.0;  // the guess is trusted to this factor
     if (const double expected = edges.expected(), most = static_cast<double>(max_triangles);
         !(expected <= kFar * most))
@@ -447,8 +463,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
             const std::int32_t side = sides.first(f) + i;
             const std::size_t e = static_cast<std::size_t>(edges.edge(side));
             const auto count = static_cast<std::int32_t>(edges.points(e).size());
-            take(sides.from(side),
-                 Point{coarse.mesh.vertices[sides.from(side)], directions[sides.from(side)]});
+            take(sides.from(side), edges.at_vertex(sides.from(side)));
             for (std::int32_t k = 0; k < count; ++k) {
                 const std::int32_t at = edges.runs_along(side) ? k : count - 1 - k;
                 take(static_cast<std::int32_t>(edges.first(e)) + at, edges.points(e)[at]);
@@ -494,6 +509,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
     SurfaceMesh& s = fine.surface;
     s.mesh.vertices.resize(n_vertices);
     fine.direction.resize(n_vertices);
+    fine.shell.resize(n_vertices);
     s.surfaces_of_vertex.resize(n_vertices);
     s.cell_size.resize(n_vertices);
     s.mesh.faces.resize(fine.first_face[n]);
@@ -502,6 +518,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
     const auto put = [&](std::int64_t v, const Point& p, const std::array<std::int32_t, 3>& on) {
         s.mesh.vertices[v] = p.at;
         fine.direction[v] = p.direction;
+        fine.shell[v] = p.shell;
         s.surfaces_of_vertex[v] = on;
     };
     std::vector<double> cell_size(n, std::numeric_limits<double>::infinity());
@@ -510,7 +527,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
             cell_size[f] = std::min(cell_size[f], coarse.cell_size[v]);
     std::copy(coarse.cell_size.begin(), coarse.cell_size.end(), s.cell_size.begin());
     for (std::size_t v = 0; v < coarse.mesh.n_vertices(); ++v)
-        put(static_cast<std::int64_t>(v), {coarse.mesh.vertices[v], directions[v]},
+        put(static_cast<std::int64_t>(v), edges.at_vertex(static_cast<std::int32_t>(v)),
             coarse.surfaces_of_vertex[v]);
     for (std::size_t e = 0; e < edges.n_edges(); ++e)
         for (std::size_t k = 0; k < edges.points(e).size(); ++k)

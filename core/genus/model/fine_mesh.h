@@ -6,9 +6,14 @@
 
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
+#include "genus/model/coarse_shell.h"
 #include "genus/model/surface_form.h"
 
 namespace genus {
+
+/// How far points of `FineMesh::shell` may be from what they stand for, beside the largest
+/// coordinate: some roundings for each of the cuts that a face goes through.
+constexpr double kShellRounding = 0x1p-41;
 
 /// A coarse mesh cut finely, every vertex on the exact surface or curve.
 struct FineMesh {
@@ -16,6 +21,9 @@ struct FineMesh {
     /// A vector at each vertex along which each surface that meets there recedes from the solid by
     /// its length of 1: the unit normal inside a face, longer on edges and in corners.
     std::vector<Vec3> direction;
+    /// The points of the shell from which each vertex came: on K- and K+, at the same place of the
+    /// same face, but for rounding.
+    std::vector<ShellPoints> shell;
     /// How far the surface of each face may lie outside and inside of it, about.
     std::vector<std::array<double, 2>> distance;
     /// Faces `first_face[f] .. first_face[f + 1] - 1` are those of face f of the coarse mesh.
@@ -34,7 +42,7 @@ struct FineMesh {
 /// Directions at vertices of the coarse mesh are those of its sandwich. A face is stuck if a point
 /// cannot be put on its surface, or if surfaces at a corner have no common way out. Throws
 /// ToleranceNotMet beyond `max_triangles`. O(triangles made); independent of threads.
-FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich,
+FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const CoarseShell& shell,
                     const std::vector<SurfaceForm>& forms, double tolerance,
                     std::int64_t max_triangles);
 

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <set>
 
 #include "genus/base/error.h"
 #include "genus/mesh/topology.h"
 #include "genus/mesh/validate.h"
 #include "genus/model/certificate.h"
+#include "genus/model/coarse_shell.h"
+#include "genus/model/embedding.h"
 #include "genus/model/fibres.h"
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
@@ -35,6 +38,12 @@ struct Coarse {
         subdivide(flexible, forms, 0.5 * width, factors, 100'000, {0.15, 0.0005});
         mesh = flexible.release();
         proof = certify(mesh, formula, forms, cube, width, &sandwich);
+        shell = shell_round(mesh, sandwich);
+    }
+
+    FineMesh cut(double tolerance, std::int64_t max_triangles) const
+    {
+        return cut_finely(mesh, sandwich, shell, forms, tolerance, max_triangles);
     }
 
     CsgField field;
@@ -44,6 +53,7 @@ struct Coarse {
     SurfaceMesh mesh;
     Sandwich sandwich;
     Certificate proof;
+    CoarseShell shell;
 };
 
 Solid bored_ball()
@@ -56,7 +66,7 @@ TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
     const Coarse c(bored_ball(), 0.4);
     for (const double tolerance : {0.04, 0.01, 0.0025}) {
         SCOPED_TRACE(tolerance);
-        const FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
+        const FineMesh fine = c.cut(tolerance, 1'000'000);
         ASSERT_TRUE(fine.stuck.empty());
         const IndexedMesh& mesh = fine.surface.mesh;
         EXPECT_TRUE(validate(mesh).ok());
@@ -78,8 +88,7 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
     // Sagitta r h^2 / 8: a quarter of the tolerance takes four times the faces.
     const Coarse c(sphere(10), 0.4);
     const auto faces = [&](double tolerance) {
-        return static_cast<double>(
-            cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 10'000'000).surface.mesh.n_faces());
+        return static_cast<double>(c.cut(tolerance, 10'000'000).surface.mesh.n_faces());
     };
     const double few = faces(0.002), many = faces(0.0005);
     EXPECT_NEAR(many / few, 4.0, 0.4);
@@ -89,9 +98,7 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
     // Rulings of a cylinder need no vertices: its faces grow with the root of that.
     const Coarse pipe(cylinder(20, 5, 5, true), 0.4);
     const auto pipe_faces = [&](double tolerance) {
-        return static_cast<double>(
-            cut_finely(pipe.mesh, pipe.sandwich, pipe.forms, tolerance, 10'000'000)
-                .surface.mesh.n_faces());
+        return static_cast<double>(pipe.cut(tolerance, 10'000'000).surface.mesh.n_faces());
     };
     EXPECT_LT(pipe_faces(0.0005) / pipe_faces(0.002), 4.4);
 }
@@ -99,8 +106,8 @@ TEST(FineMesh, NeedsAsManyFacesAsTheoryAsksFor)
 TEST(FineMesh, StopsAtTheLimit)
 {
     const Coarse c(sphere(10), 0.4);
-    EXPECT_THROW(cut_finely(c.mesh, c.sandwich, c.forms, 1e-9, 100'000), ToleranceNotMet);
-    EXPECT_THROW(cut_finely(c.mesh, c.sandwich, c.forms, 1e-3, 10'000), ToleranceNotMet);
+    EXPECT_THROW(c.cut(1e-9, 100'000), ToleranceNotMet);
+    EXPECT_THROW(c.cut(1e-3, 10'000), ToleranceNotMet);
 }
 
 TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
@@ -113,7 +120,7 @@ TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
         ASSERT_EQ(c.proof.n_failed, 0);
         EXPECT_TRUE(doubtful_prisms(c.mesh, c.sandwich, c.formula, c.forms, 0.0).faces.empty());
         const double tolerance = 0.01;
-        const FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
+        const FineMesh fine = c.cut(tolerance, 1'000'000);
         ASSERT_TRUE(fine.stuck.empty());
         const Certificate short_way =
             certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0);
@@ -129,7 +136,7 @@ TEST(FineCertificate, RefusesAMeshThatIsOff)
 {
     const Coarse c(bored_ball(), 0.4);
     const double tolerance = 0.01;
-    FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, tolerance, 1'000'000);
+    FineMesh fine = c.cut(tolerance, 1'000'000);
     ASSERT_TRUE(fine.stuck.empty());
     // A vertex inside a face, three tolerances out.
     std::size_t v = 0;
@@ -151,12 +158,57 @@ TEST(FineCertificate, CountsTurns)
 {
     // The fine mesh inside out: signs hold nowhere.
     const Coarse c(sphere(10), 0.4);
-    FineMesh fine = cut_finely(c.mesh, c.sandwich, c.forms, 0.01, 1'000'000);
+    FineMesh fine = c.cut(0.01, 1'000'000);
     ASSERT_TRUE(fine.stuck.empty());
     for (Triangle& t : fine.surface.mesh.faces) std::swap(t[1], t[2]);
     const Certificate turned =
         certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, 0.01, 0.0);
     EXPECT_EQ(turned.n_failed, static_cast<std::int64_t>(c.mesh.mesh.n_faces()));
+}
+
+TEST(Embedding, IsShownWithoutLookingAtPairsOfFaces)
+{
+    for (const Solid& solid :
+         {bored_ball(), intersect({cylinder(20, 4, 4, true),
+                                   transformed(cylinder(20, 3, 3, true), rotation_x(90))})}) {
+        const Coarse c(solid, 0.2);
+        for (const double tolerance : {0.01, 0.001}) {
+            const FineMesh fine = c.cut(tolerance, 1'000'000);
+            ASSERT_TRUE(fine.stuck.empty());
+            EXPECT_TRUE(proven_embedded(c.shell, fine));
+            EXPECT_TRUE(validate(fine.surface.mesh).ok());
+        }
+    }
+}
+
+TEST(Embedding, IsNotShownOfAMeshThatCrossesItself)
+{
+    const Coarse c(bored_ball(), 0.4);
+    const FineMesh good = c.cut(0.04, 100'000);
+    ASSERT_TRUE(good.stuck.empty());
+    const unsigned seed = 20261122;
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    int shown = 0, crossing = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+        FineMesh bad = good;
+        const double size = std::pow(10.0, -2.0 + 0.05 * trial);
+        for (int k = 0; k < 3; ++k)
+            for (double& x : bad.surface.mesh.vertices[random() % good.direction.size()].c)
+                x += size * (static_cast<double>(random() >> 5) * 0x1p-26 - 1.0);
+        const bool ok = validate(bad.surface.mesh).ok(), proven = proven_embedded(c.shell, bad);
+        if (!ok) {
+            ++crossing;
+            EXPECT_FALSE(proven) << trial;
+        }
+        shown += proven ? 1 : 0;
+    }
+    EXPECT_GT(shown, 5);
+    EXPECT_GT(crossing, 5);
+    // Valid as a mesh, but turned inside out.
+    FineMesh turned = good;
+    for (Triangle& t : turned.surface.mesh.faces) std::swap(t[1], t[2]);
+    EXPECT_FALSE(proven_embedded(c.shell, turned));
 }
 
 TEST(Fibres, ThickPrismsRoundACurveAreDoubtful)
