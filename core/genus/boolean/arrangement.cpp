@@ -10,6 +10,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/boolean/box_tree.h"
+#include "genus/boolean/charts.h"
 #include "genus/boolean/contact.h"
 #include "genus/boolean/planar_triangulation.h"
 #include "genus/boolean/sheets.h"
@@ -923,18 +924,14 @@ Candidates find_candidates(const Soup& soup, std::size_t most)
 {
     const std::size_t n = soup.faces.size();
     std::vector<FloatBox> boxes(n);
-    std::vector<Index> owners(n);
     parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
             const auto& t = soup.faces[f];
             boxes[f] = box_of(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]);
-            const Index operand = soup.operand[f];
-            const bool crosses = !soup.crosses_itself.empty() && soup.crosses_itself[operand] != 0;
-            owners[f] = crosses ? -1 : operand;
         }
     });
     Candidates candidates;
-    candidates.tree = BoxTree(std::move(boxes), std::move(owners));
+    candidates.tree = BoxTree(std::move(boxes), find_owners(soup));
     std::vector<std::vector<BoxTree::Pair>> found;
     std::atomic<std::size_t> count{0};
     candidates.tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },
