@@ -12,9 +12,10 @@ namespace genus {
 ///
 /// Implements [nielson1991], section 3.
 template <typename Samples>
-const CubeCase& case_of(const Samples& samples, const CrossedCells::Cell& cell)
+const CubeCase& case_of(const CubeCases& cases, const Samples& samples,
+                        const CrossedCells::Cell& cell)
 {
-    const std::uint8_t ambiguous = ambiguous_faces(cell.cube);
+    const std::uint8_t ambiguous = kAmbiguousFaces[cell.cube];
     std::uint8_t joined = 0;
     for (int face = 0; ambiguous >> face != 0; ++face) {
         if ((ambiguous >> face & 1) == 0) continue;
@@ -27,7 +28,7 @@ const CubeCase& case_of(const Samples& samples, const CrossedCells::Cell& cell)
         if (orient2d({{value(0), value(1)}}, {{value(3), value(2)}}, {{0.0, 0.0}}) > 0)
             joined |= static_cast<std::uint8_t>(1 << face);
     }
-    return cube_case(cell.cube, joined);
+    return cases.at(cell.cube, joined);
 }
 
 }  // namespace genus

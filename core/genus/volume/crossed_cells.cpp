@@ -14,7 +14,8 @@ void CrossedCells::add_up(const std::vector<RowCounts>& counts)
             for (int axis = 0; axis < kAxes; ++axis) {
                 if (axis > 0 && !has_next(row, axis)) continue;
                 for (std::size_t w = 0; w < n_words_; ++w)
-                    n_edges[row][axis] += std::popcount(crossed(row, axis, w));
+                    if (const Word edges = crossed(row, axis, w))
+                        n_edges[row][axis] += std::popcount(edges);
             }
     });
     first_vertex_.assign(n_rows() + 1, {});

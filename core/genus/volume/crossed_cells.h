@@ -76,6 +76,8 @@ private:
     static constexpr int kAxes = 3;
 
     void add_up(const std::vector<RowCounts>& counts);
+    /// Fills in the vertices of a cell and moves on behind it.
+    static void number_edges(Cell& cell, std::array<std::int64_t, 8>& next);
 
     const Word* row_bits(std::size_t row) const { return bits_.data() + row * n_words_; }
     Word shifted(const Word* bits, std::size_t w) const
@@ -117,70 +119,74 @@ void CrossedCells::visit_row(std::size_t row, const Visit& visit) const
 {
     if (!has_next(row, 1) || !has_next(row, 2)) return;
     const std::array<std::size_t, 4> rows{row, row + 1, row + size_[1], row + size_[1] + 1};
-    // The eight edge rows of a line of cells: 0-3 along x, 4, 5 along y, 6, 7 along z.
-    struct EdgeRow {
-        std::size_t row;
-        int axis;
-    };
-    const std::array<EdgeRow, 8> edge_rows{{{rows[0], 0},
-                                            {rows[1], 0},
-                                            {rows[2], 0},
-                                            {rows[3], 0},
-                                            {rows[0], 1},
-                                            {rows[2], 1},
-                                            {rows[0], 2},
-                                            {rows[1], 2}}};
-    std::array<std::int64_t, 8> before;  // vertices of the edge row in earlier words
-    std::array<Word, 8> here, next;      // crossed edges of this word and the next
-    for (int r = 0; r < 8; ++r) {
-        before[r] = Numbered ? first_vertex_[edge_rows[r].row][edge_rows[r].axis] : 0;
-        if (Numbered) next[r] = crossed(edge_rows[r].row, edge_rows[r].axis, 0);
-    }
+    const std::array<const Word*, 4> bits{row_bits(rows[0]), row_bits(rows[1]), row_bits(rows[2]),
+                                          row_bits(rows[3])};
+    // The eight edge rows of a line of cells: 0-3 along x, 4, 5 along y, 6, 7 along z. Of each the
+    // number of the vertex on its next crossed edge: whatever edge is crossed belongs to a crossed
+    // cell at the same i, so that counting there is enough.
+    std::array<std::int64_t, 8> next{};
+    if (Numbered)
+        next = {first_vertex_[rows[0]][0], first_vertex_[rows[1]][0], first_vertex_[rows[2]][0],
+                first_vertex_[rows[3]][0], first_vertex_[rows[0]][1], first_vertex_[rows[2]][1],
+                first_vertex_[rows[0]][2], first_vertex_[rows[1]][2]};
     Cell cell{};
     cell.j = static_cast<std::int32_t>(row % size_[1]);
     cell.k = static_cast<std::int32_t>(row / size_[1]);
+    const auto any_of = [&](std::size_t w) {
+        return w < n_words_ ? bits[0][w] | bits[1][w] | bits[2][w] | bits[3][w] : 0;
+    };
+    const auto all_of = [&](std::size_t w) {
+        return w < n_words_ ? bits[0][w] & bits[1][w] & bits[2][w] & bits[3][w] : 0;
+    };
+    Word any_next = any_of(0), all_next = all_of(0);
     for (std::size_t w = 0; w < n_words_; ++w) {
-        if (Numbered)
-            for (int r = 0; r < 8; ++r) {
-                here[r] = next[r];
-                next[r] =
-                    w + 1 < n_words_ ? crossed(edge_rows[r].row, edge_rows[r].axis, w + 1) : 0;
-            }
+        const Word any = any_next, all = all_next;
+        any_next = any_of(w + 1);
+        all_next = all_of(w + 1);
+        Word active = (any | any >> 1 | any_next << 63) & ~(all & (all >> 1 | all_next << 63)) &
+                      with_neighbour(w);
+        if (active == 0) continue;
         std::array<Word, 8> corner;
-        Word all = ~Word{0}, any = 0;
-        for (int c = 0; c < 8; ++c) {
-            const Word* bits = row_bits(rows[c >> 1]);
-            corner[c] = (c & 1) != 0 ? shifted(bits, w) : bits[w];
-            all &= corner[c];
-            any |= corner[c];
+        for (int r = 0; r < 4; ++r) {
+            corner[2 * r] = bits[r][w];
+            corner[2 * r + 1] = shifted(bits[r], w);
         }
-        for (Word active = any & ~all & with_neighbour(w); active != 0; active &= active - 1) {
+        for (; active != 0; active &= active - 1) {
             const int bit = std::countr_zero(active);
             cell.i = static_cast<std::int32_t>(64 * w) + bit;
-            cell.cube = 0;
-            for (int c = 0; c < 8; ++c)
-                cell.cube |= static_cast<std::uint8_t>((corner[c] >> bit & 1) << c);
-            if (Numbered) {
-                const Word below = (Word{1} << bit) - 1;
-                const auto rank = [&](int r) { return before[r] + std::popcount(here[r] & below); };
-                for (int e = 0; e < 4; ++e) cell.vertex[e] = static_cast<std::int32_t>(rank(e));
-                // Along y and z a cell has the edges at i and at i + 1 of each edge row.
-                for (int r = 4; r < 8; ++r) {
-                    const auto at_i = rank(r);
-                    cell.vertex[2 * r - 4] = static_cast<std::int32_t>(at_i);
-                    cell.vertex[2 * r - 3] = static_cast<std::int32_t>(at_i + (here[r] >> bit & 1));
-                }
-            }
+            unsigned cube = 0;
+            for (unsigned c = 0; c < 8; ++c)
+                cube |= static_cast<unsigned>(corner[c] >> bit & 1) << c;
+            cell.cube = static_cast<std::uint8_t>(cube);
+            if (Numbered) number_edges(cell, next);
             visit(static_cast<const Cell&>(cell));
         }
-        if (Numbered)
-            for (int r = 0; r < 8; ++r) before[r] += std::popcount(here[r]);
+    }
+}
+
+inline void CrossedCells::number_edges(Cell& cell, std::array<std::int64_t, 8>& next)
+{
+    const unsigned cube = cell.cube;
+    const unsigned along_x = cube ^ cube >> 1, along_y = cube ^ cube >> 2,
+                   along_z = cube ^ cube >> 4;
+    for (unsigned e = 0; e < 4; ++e) {
+        cell.vertex[e] = static_cast<std::int32_t>(next[e]);
+        next[e] += along_x >> 2 * e & 1;
+    }
+    // Along y and z a cell has the edges at i and at i + 1 of each edge row.
+    const std::array<unsigned, 4> at_i{along_y & 1, along_y >> 4 & 1, along_z & 1,
+                                       along_z >> 2 & 1};
+    for (unsigned r = 0; r < 4; ++r) {
+        cell.vertex[2 * r + 4] = static_cast<std::int32_t>(next[r + 4]);
+        next[r + 4] += at_i[r];
+        cell.vertex[2 * r + 5] = static_cast<std::int32_t>(next[r + 4]);
     }
 }
 
 template <typename Visit>
 void CrossedCells::visit_edges(std::size_t row, const Visit& visit) const
 {
+    if (first_vertex_[row][0] == first_vertex_[row][3]) return;
     const auto j = static_cast<std::int32_t>(row % size_[1]);
     const auto k = static_cast<std::int32_t>(row / size_[1]);
     for (int axis = 0; axis < kAxes; ++axis) {

@@ -31,4 +31,25 @@ double find_root(const std::function<double(double)>& f, double f0, double f1)
     return std::fabs(f_low) <= std::fabs(f_high) ? low : high;
 }
 
+Vec3 ExactCrossings::operator()(int axis, std::int32_t i, std::int32_t j, std::int32_t k) const
+{
+    GridIndex end{i, j, k};
+    ++end[axis];
+    const double a = samples_.relative(i, j, k);
+    const double b = samples_.relative(end[0], end[1], end[2]);
+    Vec3 p = samples_.point(i, j, k);
+    const GridFrame& frame = samples_.frame();
+    const std::int32_t at = GridIndex{i, j, k}[axis] - samples_.pad();
+    const auto place = [&](double t) {
+        return frame.origin[axis] + (at + t) * frame.spacing[axis];
+    };
+    const bool within = samples_.is_true(i, j, k) && samples_.is_true(end[0], end[1], end[2]);
+    const auto value = [&](double t) {
+        p[axis] = place(t);
+        return samples_.field().value(p) - samples_.level();
+    };
+    p[axis] = place(within ? find_root(value, a, b) : linear_root(a, b));
+    return p;
+}
+
 }  // namespace genus

@@ -5,7 +5,10 @@
 #include <functional>
 
 #include "genus/base/vec.h"
+#include "genus/volume/crossed_cells.h"
+#include "genus/volume/field_samples.h"
 #include "genus/volume/grid.h"
+#include "genus/volume/padded_samples.h"
 
 namespace genus {
 
@@ -20,44 +23,76 @@ using GridIndex = std::array<std::int32_t, 3>;
 /// interval.
 double find_root(const std::function<double(double)>& f, double f0, double f1);
 
-/// The point on the grid edge from `at` along `axis` where the linear interpolant crosses zero;
-/// the true sample itself where the other end lies in the padding.
-template <typename Samples>
-Vec3 linear_crossing(const Samples& samples, const GridFrame& frame, int axis, GridIndex at)
+/// Where between values a and b of different signs the linear interpolant is zero, as a share of
+/// the way; at the finite one if the other is infinite.
+inline double linear_root(double a, double b)
 {
-    GridIndex end = at;
-    ++end[axis];
-    const double a = samples.relative(at[0], at[1], at[2]);
-    const double b = samples.relative(end[0], end[1], end[2]);
-    double t = a / (a - b);
-    if (std::isinf(a)) t = 1.0;
-    if (std::isinf(b)) t = 0.0;
-    Vec3 p = frame.point(at[0] - samples.pad(), at[1] - samples.pad(), at[2] - samples.pad());
-    p[axis] = frame.origin[axis] + (at[axis] - samples.pad() + t) * frame.spacing[axis];
-    return p;
+    if (std::isinf(a)) return 1.0;
+    if (std::isinf(b)) return 0.0;
+    const double t = a / (a - b);
+    // a - b overflows only if both are huge.
+    return std::isfinite(a - b) ? t : 0.5 * a / (0.5 * a - 0.5 * b);
 }
 
-/// The same where the field of the samples itself crosses the level; see FieldSamples.
-template <typename Samples>
-Vec3 exact_crossing(const Samples& samples, int axis, GridIndex at)
-{
-    GridIndex end = at;
-    ++end[axis];
-    if (!samples.is_true(at[0], at[1], at[2]) || !samples.is_true(end[0], end[1], end[2]))
-        return linear_crossing(samples, samples.frame(), axis, at);
-    const double a = samples.relative(at[0], at[1], at[2]);
-    const double b = samples.relative(end[0], end[1], end[2]);
-    Vec3 p = samples.point(at[0], at[1], at[2]);
-    const GridFrame& frame = samples.frame();
-    const auto place = [&](double t) {
-        return frame.origin[axis] + (at[axis] - samples.pad() + t) * frame.spacing[axis];
-    };
-    const auto value = [&](double t) {
-        p[axis] = place(t);
-        return samples.field().value(p) - samples.level();
-    };
-    p[axis] = place(find_root(value, a, b));
-    return p;
-}
+/// Points of the surface on samples, by linear interpolation along grid edges; the true sample
+/// itself where the other end lies in the padding. Samples in the order of ZFastest have their
+/// first axis as z of the result.
+template <typename Value>
+class LinearCrossings {
+public:
+    LinearCrossings(const PaddedSamples<Value>& samples, const GridFrame& frame, SampleOrder order)
+        : samples_(samples), frame_(frame), mirrored_(order == SampleOrder::ZFastest)
+    {
+        if (mirrored_) {
+            std::swap(frame_.origin[0], frame_.origin[2]);
+            std::swap(frame_.spacing[0], frame_.spacing[2]);
+        }
+    }
+
+    bool mirrored() const { return mirrored_; }
+
+    Vec3 operator()(int axis, std::int32_t i, std::int32_t j, std::int32_t k) const
+    {
+        GridIndex end{i, j, k};
+        ++end[axis];
+        const double t =
+            linear_root(samples_.relative(i, j, k), samples_.relative(end[0], end[1], end[2]));
+        GridIndex at{i - samples_.pad(), j - samples_.pad(), k - samples_.pad()};
+        Vec3 p = frame_.point(at[0], at[1], at[2]);
+        p[axis] = frame_.origin[axis] + (at[axis] + t) * frame_.spacing[axis];
+        return in_order(p);
+    }
+    Vec3 inner(const CrossedCells::Cell& cell, const Vec3& unit) const
+    {
+        const double pad = samples_.pad();
+        return in_order(
+            frame_.point(cell.i - pad + unit[0], cell.j - pad + unit[1], cell.k - pad + unit[2]));
+    }
+
+private:
+    Vec3 in_order(const Vec3& p) const { return mirrored_ ? Vec3{{p[2], p[1], p[0]}} : p; }
+
+    const PaddedSamples<Value>& samples_;
+    GridFrame frame_;
+    bool mirrored_;
+};
+
+/// The same where the field itself crosses the level.
+class ExactCrossings {
+public:
+    explicit ExactCrossings(const FieldSamples& samples) : samples_(samples) {}
+
+    static constexpr bool mirrored() { return false; }
+    Vec3 operator()(int axis, std::int32_t i, std::int32_t j, std::int32_t k) const;
+    Vec3 inner(const CrossedCells::Cell& cell, const Vec3& unit) const
+    {
+        const double pad = samples_.pad();
+        return samples_.frame().point(cell.i - pad + unit[0], cell.j - pad + unit[1],
+                                      cell.k - pad + unit[2]);
+    }
+
+private:
+    const FieldSamples& samples_;
+};
 
 }  // namespace genus

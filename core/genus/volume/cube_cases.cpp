@@ -106,40 +106,50 @@ CubeCase make_case(int inside, int joined)
     return result;
 }
 
-class Table {
-public:
-    Table() : cases_(256 * 64)
-    {
-        for (int inside = 0; inside < 256; ++inside) {
-            const int open = ambiguous_faces(static_cast<std::uint8_t>(inside));
-            for (int joined = 0; joined < 64; ++joined)
-                if ((joined & ~open) == 0) cases_[inside * 64 + joined] = make_case(inside, joined);
+// Is there a way for the corners to pass from below to above such that a slice between has those
+// of one diagonal inside and those of the other outside?
+bool may_have_tunnel(int inside)
+{
+    constexpr std::array<int, 4> below{0, 1, 3, 2}, above{4, 5, 7, 6};
+    for (const int first : {0, 1}) {
+        bool possible = true;
+        for (int k = 0; k < 4; ++k) {
+            const bool wanted = k % 2 == first;
+            const auto is = [&](int corner) { return (inside >> corner & 1) != 0; };
+            possible &= is(below[k]) == wanted || is(above[k]) == wanted;
         }
+        if (possible) return true;
     }
-    const CubeCase& at(int inside, int joined) const { return cases_[inside * 64 + joined]; }
+    return false;
+}
 
-private:
-    std::vector<CubeCase> cases_;
-};
+// Once for the table: triangles of all loops in one row.
+void list_triangles(CubeCase& result)
+{
+    if (result.n_inner_vertices > 0) return;
+    std::size_t n = 0;
+    for (const CubeCase::Loop& loop : result.loops)
+        for (const auto& t : loop.triangles)
+            result.all_triangles[n++] = {loop.edges[t[0]], loop.edges[t[1]], loop.edges[t[2]]};
+}
 
 }  // namespace
 
-std::uint8_t ambiguous_faces(std::uint8_t inside)
+CubeCases::CubeCases() : cases_(256 * 64)
 {
-    std::uint8_t faces = 0;
-    for (int face = 0; face < 6; ++face) {
-        const auto& c = kCubeFaces[face];
-        const auto bit = [&](int k) { return inside >> c[k] & 1; };
-        if (bit(0) == bit(2) && bit(1) == bit(3) && bit(0) != bit(1))
-            faces |= static_cast<std::uint8_t>(1 << face);
-    }
-    return faces;
+    for (int inside = 0; inside < 256; ++inside)
+        for (int joined = 0; joined < 64; ++joined) {
+            if ((joined & ~kAmbiguousFaces[inside]) != 0) continue;
+            CubeCase& made = cases_[inside * 64 + joined] = make_case(inside, joined);
+            made.may_have_tunnel = made.loops.size() >= 2 && may_have_tunnel(inside);
+            list_triangles(made);
+        }
 }
 
-const CubeCase& cube_case(std::uint8_t inside, std::uint8_t joined)
+const CubeCases& cube_cases()
 {
-    static const Table table;
-    return table.at(inside, joined & ambiguous_faces(inside));
+    static const CubeCases cases;
+    return cases;
 }
 
 }  // namespace genus

@@ -49,18 +49,54 @@ struct CubeCase {
     std::vector<Loop> loops;
     std::uint8_t n_triangles = 0;  // with inner vertices
     std::uint8_t n_inner_vertices = 0;
+    /// Some values at corners of this pattern give two of the loops a tunnel; see cell_tunnel.h.
+    bool may_have_tunnel = false;
+    /// The triangles of all loops as cube edges, if there are no inner vertices.
+    static constexpr std::size_t kMostTriangles = 10;
+    std::array<std::array<std::uint8_t, 3>, kMostTriangles> all_triangles{};
 };
 
-/// Bit f is set if face f has its inside corners on one diagonal and its outside corners on the
-/// other. Bit i of `inside` says that corner i is inside.
-std::uint8_t ambiguous_faces(std::uint8_t inside);
+namespace detail {
 
-/// The case of a pattern of inside corners; bit f of `joined` tells that on the ambiguous face f
-/// the inside corners are joined through the middle. Other bits do not count.
+constexpr std::array<std::uint8_t, 256> find_ambiguous_faces()
+{
+    std::array<std::uint8_t, 256> found{};
+    for (unsigned inside = 0; inside < 256; ++inside)
+        for (unsigned face = 0; face < 6; ++face) {
+            const auto& c = kCubeFaces[face];
+            const auto bit = [&](unsigned k) { return inside >> c[k] & 1; };
+            if (bit(0) == bit(2) && bit(1) == bit(3) && bit(0) != bit(1))
+                found[inside] = static_cast<std::uint8_t>(found[inside] | 1U << face);
+        }
+    return found;
+}
+
+}  // namespace detail
+
+/// Bit f of entry `inside` is set if face f has its inside corners on one diagonal and its outside
+/// corners on the other. Bit i of `inside` says that corner i is inside.
+inline constexpr std::array<std::uint8_t, 256> kAmbiguousFaces = detail::find_ambiguous_faces();
+
+/// The cases of all patterns of inside corners.
 ///
 /// The table is made from the rule that every face is crossed by segments with the inside on
 /// their right, seen from outside the cube; they close to loops as every crossed edge starts one
 /// segment and ends one.
-const CubeCase& cube_case(std::uint8_t inside, std::uint8_t joined);
+class CubeCases {
+public:
+    CubeCases();
+    /// Bit f of `joined` tells that on the ambiguous face f the inside corners are joined through
+    /// the middle. Other bits do not count.
+    const CubeCase& at(std::uint8_t inside, std::uint8_t joined) const
+    {
+        return cases_[inside * 64U + (joined & kAmbiguousFaces[inside])];
+    }
+
+private:
+    std::vector<CubeCase> cases_;
+};
+
+/// Made when first asked for.
+const CubeCases& cube_cases();
 
 }  // namespace genus

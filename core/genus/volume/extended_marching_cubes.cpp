@@ -95,7 +95,7 @@ TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
 {
     GridIndex end = at;
     ++end[axis];
-    const Vec3 p = exact_crossing(samples_, axis, at);
+    const Vec3 p = ExactCrossings(samples_)(axis, at[0], at[1], at[2]);
     // On the border of the grid the surface is the border.
     Vec3 border;
     if (!samples_.is_true(at[0], at[1], at[2])) border[axis] = -1.0;
@@ -106,7 +106,7 @@ TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
 
 void Extractor::fill_cell(const CrossedCells::Cell& cell, Part& part) const
 {
-    for (const CubeCase::Loop& loop : case_of(samples_, cell).loops) {
+    for (const CubeCase::Loop& loop : case_of(cube_cases(), samples_, cell).loops) {
         std::vector<std::int32_t> rim;
         std::vector<TangentElement> elements;
         for (const std::uint8_t e : loop.edges) {

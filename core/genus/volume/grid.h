@@ -14,6 +14,9 @@ namespace genus {
 /// Numbers of samples along x, y, z.
 using GridSize = std::array<std::int32_t, 3>;
 
+/// How an array holds the samples of a grid: which index moves to the next number in memory.
+enum class SampleOrder { XFastest, ZFastest };
+
 /// Where the samples of a regular grid stand: sample (i, j, k) at origin + (i, j, k) * spacing.
 struct GridFrame {
     Vec3 origin{};

@@ -14,6 +14,8 @@ struct MarchingCubesOptions {
     double level = 0.0;      // field value on the surface
     /// Close the surface along the border of the grid, as if everything beyond were outside.
     bool close_border = true;
+    /// Of arrays of someone else's.
+    SampleOrder order = SampleOrder::XFastest;
 };
 
 /// Triangulates the level set of `field` inside `box`.
@@ -22,23 +24,25 @@ struct MarchingCubesOptions {
 /// up to one cell; extended_marching_cubes keeps it. Triangles turn outward, towards larger
 /// values; a value equal to the level counts as outside. On a face with inside and outside corners
 /// on its two diagonals the bilinear interpolant of the corner values decides, exactly, so
-/// neighbours agree and the mesh is manifold, and closed with `close_border`. Where a vertex falls
-/// on a grid corner, triangles may have no area.
-/// Time: O(cells that no interval bound of the field decides), a crossing taking about ten
-/// evaluations; memory: one bit a sample, and the mesh.
+/// neighbours agree and the mesh is manifold, and closed with `close_border`. Inside a cell two
+/// sheets are joined by a tunnel where the trilinear interpolant has one, so that on a grid the
+/// mesh has the topology of the interpolant. Where a vertex falls on a grid corner,
+/// triangles may have no area. Time: O(cells that no interval bound of the field decides), a
+/// crossing taking about ten evaluations; memory: one bit a sample, and the mesh.
 ///
-/// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3. Two sheets in one
-/// cell are kept apart, also where the trilinear interpolant would join them by a tunnel.
-/// Throws InvalidInput if `cell_size` is not positive, `box` is empty or unbounded, or the surface
-/// has more than 2^31 vertices.
+/// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3, tunnels see
+/// cell_tunnel.h.
+/// Throws InvalidInput if `cell_size` is not positive, `level` not finite, `box` empty or
+/// unbounded, or the surface has more than 2^31 vertices.
 IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
                            const MarchingCubesOptions& options = {});
 
 /// The same on samples, with linear interpolation along cell edges. `cell_size` is not used.
 IndexedMesh marching_cubes(const Grid& grid, const MarchingCubesOptions& options = {});
 
-/// The same on an array of someone else's; layout and checks as for Grid, but values are not
-/// checked for being finite: whatever is not below the level is outside.
+/// The same on an array of someone else's; checks as for Grid, but values are not checked for being
+/// finite: whatever is not below the level is outside. `size` counts samples along x, y, z in
+/// either order.
 IndexedMesh marching_cubes(std::span<const float> values, const GridSize& size,
                            const GridFrame& frame, const MarchingCubesOptions& options = {});
 IndexedMesh marching_cubes(std::span<const double> values, const GridSize& size,

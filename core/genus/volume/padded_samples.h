@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -9,6 +10,11 @@
 #include "genus/volume/grid.h"
 
 namespace genus {
+
+/// Bit i is set if values[i] < threshold; n is at most 64. The two are compared several values at
+/// a time where the machine can.
+std::uint64_t below(const float* values, std::int32_t n, float threshold);
+std::uint64_t below(const double* values, std::int32_t n, double threshold);
 
 /// A view of samples with, if asked for, a layer of outside samples all round. Indices count the
 /// layer: with it, sample (1, 1, 1) is the first true one.
@@ -51,15 +57,21 @@ private:
         const auto k = static_cast<std::int32_t>(row / size_[1]);
         if (!within(j, 1) || !within(k, 2)) return;
         const Value* value = line(j, k);
-        // Whole words at a time, so that the compiler can compare several values at once.
-        std::int32_t i = 0;
-        for (std::int32_t end = pad_ + true_size_[0], word = 0; 64 * word < end; ++word) {
-            std::uint64_t found = 0;
-            for (std::int32_t at = std::max(64 * word, pad_); at < std::min(64 * word + 64, end);
-                 ++at, ++i)
-                found |= std::uint64_t{static_cast<double>(value[i]) < level_} << (at & 63);
-            bits[word] = found;
+        const Value threshold = first_outside();
+        std::int32_t n = std::min(64 - pad_, true_size_[0]);
+        bits[0] = below(value, n, threshold) << pad_;
+        for (std::int32_t i = n, word = 1; i < true_size_[0]; i += n, ++word) {
+            n = std::min(64, true_size_[0] - i);
+            bits[word] = below(value + i, n, threshold);
         }
+    }
+    /// The least value that is not below the level: comparing with it needs no conversion.
+    Value first_outside() const
+    {
+        const auto near = static_cast<Value>(level_);
+        return static_cast<double>(near) < level_
+                   ? std::nextafter(near, std::numeric_limits<Value>::infinity())
+                   : near;
     }
 
     bool within(std::int32_t n, int axis) const { return n >= pad_ && n < true_size_[axis] + pad_; }

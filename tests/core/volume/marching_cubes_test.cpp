@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <random>
 #include <set>
@@ -26,21 +25,12 @@ void expect_closed_manifold(const IndexedMesh& mesh)
     EXPECT_TRUE(t.degenerate_faces.empty());
 }
 
-// A grid whose cell (0, 0, 0) has this pattern of inside corners, and others at random.
-Grid pattern_grid(const std::vector<int>& corners, const GridSize& size, std::mt19937& random)
-{
-    std::uniform_int_distribution<int> number(1, 9);
-    std::vector<double> values;
-    for (const int inside : corners) values.push_back(inside ? -number(random) : number(random));
-    return Grid(size, values);
-}
-
 TEST(CubeCases, EveryCrossedEdgeIsOnOneLoop)
 {
     for (int inside = 0; inside < 256; ++inside)
         for (int joined = 0; joined < 64; ++joined) {
             std::array<int, 12> visits{};
-            for (const auto& loop : cube_case(inside, joined).loops)
+            for (const auto& loop : cube_cases().at(inside, joined).loops)
                 for (const int e : loop.edges) ++visits[e];
             for (int e = 0; e < 12; ++e) {
                 const bool crossed =
@@ -63,47 +53,11 @@ TEST(CubeCases, LoopLengthsDoNotChangeWhenTheCubeIsTurned)
     };
     for (int inside = 0; inside < 256; ++inside) {
         std::multiset<std::size_t> before, after;
-        for (const auto& loop : cube_case(inside, 0).loops) before.insert(loop.edges.size());
-        for (const auto& loop : cube_case(turned(inside), 0).loops) after.insert(loop.edges.size());
+        for (const auto& loop : cube_cases().at(inside, 0).loops) before.insert(loop.edges.size());
+        for (const auto& loop : cube_cases().at(turned(inside), 0).loops)
+            after.insert(loop.edges.size());
         EXPECT_EQ(before, after) << inside;
     }
-}
-
-TEST(MarchingCubes, ClosesTheSurfaceForEveryCornerPattern)
-{
-    std::mt19937 random(1);
-    for (int pattern = 1; pattern < 256; ++pattern)
-        for (int repeat = 0; repeat < 4; ++repeat) {
-            SCOPED_TRACE(pattern);
-            std::vector<int> corners;
-            for (int c = 0; c < 8; ++c) corners.push_back(pattern >> c & 1);
-            expect_closed_manifold(marching_cubes(pattern_grid(corners, {2, 2, 2}, random)));
-        }
-}
-
-TEST(MarchingCubes, AgreesAcrossTheFaceOfEveryPairOfNeighbouringPatterns)
-{
-    std::mt19937 random(2);
-    for (int pattern = 1; pattern < 1 << 12; ++pattern) {
-        SCOPED_TRACE(pattern);
-        std::vector<int> corners;
-        for (int c = 0; c < 12; ++c) corners.push_back(pattern >> c & 1);
-        expect_closed_manifold(marching_cubes(pattern_grid(corners, {3, 2, 2}, random)));
-    }
-}
-
-TEST(MarchingCubes, IsClosedAndManifoldOnIntegerGridsWithZerosAndTies)
-{
-    const int trials = std::getenv("GENUS_LONG") ? 3000 : 150;
-    for (int n = 2; n <= 6; ++n)
-        for (int trial = 0; trial < trials; ++trial) {
-            SCOPED_TRACE(testing::Message() << n << "^3, seed " << trial);
-            std::mt19937 random(trial);
-            std::uniform_int_distribution<int> number(-2, 2);
-            std::vector<double> values(n * n * n);
-            for (double& v : values) v = number(random);
-            expect_closed_manifold(marching_cubes(Grid({n, n, n}, values)));
-        }
 }
 
 TEST(MarchingCubes, VolumeAndAreaOfABallConvergeWithTheSquareOfTheCell)
