@@ -8,6 +8,7 @@
 #include "genus/volume/crossed_cells.h"
 #include "genus/volume/field_samples.h"
 #include "genus/volume/grid.h"
+#include "genus/volume/linear_root.h"
 #include "genus/volume/padded_samples.h"
 
 namespace genus {
@@ -23,25 +24,14 @@ using GridIndex = std::array<std::int32_t, 3>;
 /// interval.
 double find_root(const std::function<double(double)>& f, double f0, double f1);
 
-/// Where between values a and b of different signs the linear interpolant is zero, as a share of
-/// the way; at the finite one if the other is infinite.
-inline double linear_root(double a, double b)
-{
-    if (std::isinf(a)) return 1.0;
-    if (std::isinf(b)) return 0.0;
-    const double t = a / (a - b);
-    // a - b overflows only if both are huge.
-    return std::isfinite(a - b) ? t : 0.5 * a / (0.5 * a - 0.5 * b);
-}
-
 /// Points of the surface on samples, by linear interpolation along grid edges; the true sample
-/// itself where the other end lies in the padding. Samples in the order of ZFastest have their
+/// itself where the other end lies in the padding. Samples in the order of LastFastest have their
 /// first axis as z of the result.
 template <typename Value>
 class LinearCrossings {
 public:
     LinearCrossings(const PaddedSamples<Value>& samples, const GridFrame& frame, SampleOrder order)
-        : samples_(samples), frame_(frame), mirrored_(order == SampleOrder::ZFastest)
+        : samples_(samples), frame_(frame), mirrored_(order == SampleOrder::LastFastest)
     {
         if (mirrored_) {
             std::swap(frame_.origin[0], frame_.origin[2]);

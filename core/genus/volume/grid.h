@@ -15,7 +15,7 @@ namespace genus {
 using GridSize = std::array<std::int32_t, 3>;
 
 /// How an array holds the samples of a grid: which index moves to the next number in memory.
-enum class SampleOrder { XFastest, ZFastest };
+enum class SampleOrder { FirstFastest, LastFastest };
 
 /// Where the samples of a regular grid stand: sample (i, j, k) at origin + (i, j, k) * spacing.
 struct GridFrame {

@@ -15,7 +15,7 @@ IndexedMesh march_samples(std::span<const Value> values, GridSize size, const Gr
                           const MarchingCubesOptions& options)
 {
     require(std::isfinite(options.level), "marching_cubes: level", options.level, "finite");
-    if (options.order == SampleOrder::ZFastest) std::swap(size[0], size[2]);
+    if (options.order == SampleOrder::LastFastest) std::swap(size[0], size[2]);
     const PaddedSamples<Value> samples(values, size, options.level, options.close_border);
     return March(samples, LinearCrossings(samples, frame, options.order)).run();
 }
@@ -48,7 +48,7 @@ IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
 IndexedMesh marching_cubes(const Grid& grid, const MarchingCubesOptions& options)
 {
     MarchingCubesOptions own = options;
-    own.order = SampleOrder::XFastest;
+    own.order = SampleOrder::FirstFastest;
     return march_samples(grid.values(), grid.size(), grid.frame(), own);
 }
 

@@ -15,7 +15,7 @@ struct MarchingCubesOptions {
     /// Close the surface along the border of the grid, as if everything beyond were outside.
     bool close_border = true;
     /// Of arrays of someone else's.
-    SampleOrder order = SampleOrder::XFastest;
+    SampleOrder order = SampleOrder::FirstFastest;
 };
 
 /// Triangulates the level set of `field` inside `box`.
