@@ -24,40 +24,97 @@ public:
 
     double from_mesh() const
     {
-        const std::size_t n = m_.mesh.n_faces();
+        const std::size_t n = m_.mesh.n_faces(), sampled = std::min(n, kMostFaces);
         constexpr std::size_t kGrain = 512;
-        std::vector<double> most((n + kGrain - 1) / kGrain, 0.0);
-        parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+        std::vector<double> most((sampled + kGrain - 1) / kGrain, 0.0);
+        parallel_for(sampled, kGrain, [&](std::size_t begin, std::size_t end) {
             std::vector<Sign> signs(forms_.size(), Sign{0});
             double& here = most[begin / kGrain];
-            for (std::size_t f = begin; f < end; ++f) here = face_deviation(f, here, signs);
+            for (std::size_t i = begin; i < end; ++i)
+                here = face_deviation(one_of(i * n / sampled, (i + 1) * n / sampled), here, signs);
         });
         return most.empty() ? 0.0 : *std::max_element(most.begin(), most.end());
     }
 
-    double from_solid(const Box3& box, std::size_t n_lines) const
+    // `expected`: about how far the mesh is from the solid.
+    double from_solid(const Box3& box, double expected) const
     {
         if (m_.mesh.faces.empty()) return 0.0;
-        const MeshTree tree(m_.mesh);
-        std::vector<double> most(n_lines, 0.0);
-        parallel_for(n_lines, 16, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::vector<Vec3>> on_line(kLines);
+        parallel_for(kLines, 16, [&](std::size_t begin, std::size_t end) {
             std::vector<Sign> signs(forms_.size(), Sign{0});
             for (std::size_t i = begin; i < end; ++i) {
                 std::uint64_t seed = 0x5851f42d4c957f2dull * (i + 1);
                 const Vec3 a = random_point(box, seed), b = random_point(box, seed);
-                for (const Vec3& p : crossings(a, b, signs))
-                    most[i] = std::max(most[i], tree.nearest(p).distance);
+                on_line[i] = crossings(a, b, signs);
             }
         });
-        return *std::max_element(most.begin(), most.end());
+        std::vector<Vec3> points;
+        for (const std::vector<Vec3>& some : on_line)
+            points.insert(points.end(), some.begin(), some.end());
+        return farthest(points, std::max(4.0 * expected, 1e-6 * box.diagonal()));
     }
 
 private:
+    static constexpr std::size_t kMostFaces = 1 << 15, kLines = 1000;
+
+    // A face of begin .. end - 1, so chosen that the choice keeps no step.
+    static std::size_t one_of(std::size_t begin, std::size_t end)
+    {
+        std::uint64_t state = begin;
+        return begin + next_random(state) % (end - begin);
+    }
+
+    // The largest distance of a point from the mesh, most of them expected within `reach`. Faces
+    // look for points near them: a tree over the faces would cost more than all the rest.
+    double farthest(const std::vector<Vec3>& points, double reach) const
+    {
+        if (points.empty()) return 0.0;
+        std::vector<Box3> boxes;
+        for (const Vec3& p : points) boxes.push_back(Box3{p, p}.inflated(reach));
+        const BoxTree tree(boxes);
+        constexpr std::size_t kGrain = 1 << 14;
+        const std::size_t n = m_.mesh.n_faces();
+        std::vector<std::vector<double>> squares((n + kGrain - 1) / kGrain);
+        parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+            std::vector<double>& here = squares[begin / kGrain];
+            here.assign(points.size(), kInfinity);
+            for (std::size_t f = begin; f < end; ++f) {
+                const std::array<Vec3, 3> c = corners(f);
+                Box3 box;
+                for (const Vec3& p : c) box.add(p);
+                tree.visit_overlapping(box, [&](std::int32_t i) {
+                    const Vec3 d = closest_point(points[i], c[0], c[1], c[2]) - points[i];
+                    here[i] = std::min(here[i], dot(d, d));
+                });
+            }
+        });
+        double most = 0.0;
+        std::vector<Vec3> far;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            double least = kInfinity;
+            for (const std::vector<double>& block : squares) least = std::min(least, block[i]);
+            if (least <= reach * reach)
+                most = std::max(most, std::sqrt(least));
+            else
+                far.push_back(points[i]);
+        }
+        if (far.empty()) return most;
+        const MeshTree faces(m_.mesh);
+        for (const Vec3& p : far) most = std::max(most, faces.nearest(p).distance);
+        return most;
+    }
+
+    std::array<Vec3, 3> corners(std::size_t f) const
+    {
+        const Triangle& t = m_.mesh.faces[f];
+        return {m_.mesh.vertices[t[0]], m_.mesh.vertices[t[1]], m_.mesh.vertices[t[2]]};
+    }
+
     double face_deviation(std::size_t f, double most, std::vector<Sign>& signs) const
     {
         const Triangle& t = m_.mesh.faces[f];
-        const std::array<Vec3, 3> p{m_.mesh.vertices[t[0]], m_.mesh.vertices[t[1]],
-                                    m_.mesh.vertices[t[2]]};
+        const std::array<Vec3, 3> p = corners(f);
         std::vector<std::int32_t> near{m_.surface_of_face[f] >> 1};
         for (const std::int32_t v : t)
             for (const std::int32_t s : m_.surfaces_of_vertex[v])
@@ -119,39 +176,62 @@ private:
         return formula_.sign_by_cases(signs) == 0;
     }
 
+    static std::uint64_t next_random(std::uint64_t& state)
+    {
+        state += 0x9e3779b97f4a7c15ull;
+        std::uint64_t z = state;
+        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
+        z = (z ^ z >> 27) * 0x94d049bb133111ebull;
+        return z ^ z >> 31;
+    }
+
     static Vec3 random_point(const Box3& box, std::uint64_t& state)
     {
         Vec3 p;
-        for (std::size_t i = 0; i < 3; ++i) {
-            state += 0x9e3779b97f4a7c15ull;
-            std::uint64_t z = state;
-            z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-            z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-            z ^= z >> 31;
-            p[i] = box.min[i] + static_cast<double>(z >> 11) * 0x1p-53 * (box.max[i] - box.min[i]);
-        }
+        for (std::size_t i = 0; i < 3; ++i)
+            p[i] = box.min[i] + static_cast<double>(next_random(state) >> 11) * 0x1p-53 *
+                                    (box.max[i] - box.min[i]);
         return p;
     }
 
-    bool inside(const Vec3& p, std::vector<Sign>& signs) const
-    {
-        for (const std::int32_t s : formula_.surfaces())
-            signs[s] = forms_[s].value(p) <= 0.0 ? Sign{-1} : Sign{1};
-        return formula_.sign(signs) < 0;
-    }
+    // Which side of the solid points are on; the formula is asked only where a sign has changed.
+    class Sides {
+    public:
+        Sides(const Sampler& sampler, std::vector<Sign>& signs) : sampler_(sampler), signs_(signs)
+        {
+            std::fill(signs.begin(), signs.end(), Sign{0});
+        }
+        bool inside(const Vec3& p)
+        {
+            bool changed = false;
+            for (const std::int32_t s : sampler_.formula_.surfaces()) {
+                const Sign now = sampler_.forms_[s].value(p) <= 0.0 ? Sign{-1} : Sign{1};
+                changed = changed || now != signs_[s];
+                signs_[s] = now;
+            }
+            if (changed) inside_ = sampler_.formula_.sign(signs_) < 0;
+            return inside_;
+        }
+
+    private:
+        const Sampler& sampler_;
+        std::vector<Sign>& signs_;
+        bool inside_ = false;
+    };
 
     std::vector<Vec3> crossings(const Vec3& a, const Vec3& b, std::vector<Sign>& signs) const
     {
-        constexpr int kSteps = 48;
+        constexpr int kSteps = 48, kBisections = 44;
+        Sides sides(*this, signs);
         std::vector<Vec3> found;
-        bool before = inside(a, signs);
+        bool before = sides.inside(a);
         for (int i = 1; i <= kSteps; ++i) {
             double lo = static_cast<double>(i - 1) / kSteps, hi = static_cast<double>(i) / kSteps;
-            const bool after = inside(a + hi * (b - a), signs);
+            const bool after = sides.inside(a + hi * (b - a));
             if (after == before) continue;
-            for (int step = 0; step < 50; ++step) {
+            for (int step = 0; step < kBisections; ++step) {
                 const double mid = 0.5 * (lo + hi);
-                (inside(a + mid * (b - a), signs) == before ? lo : hi) = mid;
+                (sides.inside(a + mid * (b - a)) == before ? lo : hi) = mid;
             }
             found.push_back(a + 0.5 * (lo + hi) * (b - a));
             before = after;
@@ -172,7 +252,7 @@ double measure_deviation(const SurfaceMesh& mesh, const SignFormula& formula,
     if (formula.constant() != 0) return 0.0;
     const Sampler sampler(mesh, formula, forms);
     const double there = sampler.from_mesh();
-    return std::max(there, sampler.from_solid(box, 1000));
+    return std::max(there, sampler.from_solid(box, there));
 }
 
 }  // namespace genus

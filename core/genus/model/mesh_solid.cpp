@@ -39,11 +39,12 @@ constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face er
 constexpr double kTighter = 0.6;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
-constexpr double kSandwichWidth = 1.0 / 96, kLeastSandwich = 4.0;
+constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
+constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 
@@ -93,25 +94,33 @@ public:
         const int attempts = finer < kLeastSandwich         ? 0
                              : finer < 8.0 * kLeastSandwich ? kQuickAttempts
                                                             : 2 * kQuickAttempts;
-        if (meshed(attempts, kTouch * result_.tolerance,
+        if (meshed(attempts, wide_cells(),
                    [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
             return;
-        if (!meshed(kMaxAttempts, kInfinity,
+        if (!meshed(kMaxAttempts, CellDemands{},
                     [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
             give_up("the tolerance was not reached");
     }
 
 private:
+    // What is asked of the cells of a mesh that only has to have the right form.
+    CellDemands wide_cells() const
+    {
+        CellDemands demands;
+        demands.min_cosine = kWideCosine;
+        demands.min_cosine_several = kWideCosineSeveral;
+        demands.touch = kTouch * result_.tolerance;
+        return demands;
+    }
+
     // Cells are made finer where `attempt` leaves trouble, until it succeeds. False if it does not
     // within that number of times.
     template <class Attempt>
-    bool meshed(int attempts, double touch, const Attempt& succeeds)
+    bool meshed(int attempts, CellDemands demands, const Attempt& succeeds)
     {
         CellMesher mesher(formula_, forms_, cube_);
-        CellDemands demands;
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
-        demands.touch = touch;
         std::size_t work = 0, budget = 0;
         for (int attempt = 0; attempt < attempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / attempts);

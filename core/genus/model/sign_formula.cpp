@@ -31,40 +31,55 @@ std::int32_t negate(std::int32_t term)
 
 }  // namespace
 
+SignFormula::SignFormula(Sign constant) : constant_(constant)
+{
+    static const auto nothing = std::make_shared<const Parts>();
+    parts_ = nothing;
+}
+
 SignFormula::SignFormula(const CsgField& field)
 {
+    Parts parts;
     for (const CsgField::Instruction& instruction : field.instructions()) {
-        const auto first = static_cast<std::int32_t>(terms_.size());
+        const auto first = static_cast<std::int32_t>(parts.terms.size());
         for (const CsgField::Term& t : instruction.terms) {
             const std::int32_t code = 2 * t.index + (t.negated ? 1 : 0);
-            terms_.push_back(t.is_surface ? code : ~code);
+            parts.terms.push_back(t.is_surface ? code : ~code);
         }
-        nodes_.push_back(
+        parts.nodes.push_back(
             {instruction.is_max, first, static_cast<std::int32_t>(instruction.terms.size())});
     }
-    if (nodes_.empty()) constant_ = 1;
+    if (parts.nodes.empty()) {
+        *this = SignFormula(Sign{1});
+        return;
+    }
+    parts_ = std::make_shared<const Parts>(std::move(parts));
     // Constants hidden in empty instructions are folded by the same pass as known signs.
     *this = folded(std::vector<Sign>(field.surfaces().size(), Sign{0}));
 }
 
 SignFormula SignFormula::simplified(std::span<const Sign> signs) const
 {
-    SignFormula result = folded(signs);
+    if (constant_ != 0) return *this;
+    if (const Sign known = sign(signs); known != 0) return SignFormula(known);
+    const bool any = std::any_of(surfaces().begin(), surfaces().end(),
+                                 [&](std::int32_t s) { return signs[s] != 0; });
+    SignFormula result = any ? folded(signs) : *this;
     constexpr std::size_t kFewSurfaces = 8;
-    const bool twice =
-        std::any_of(result.uses_.begin(), result.uses_.end(), [](const Use& u) { return u.twice; });
-    return twice && result.surfaces_.size() <= kFewSurfaces ? result.with_true_uses() : result;
+    const bool twice = std::any_of(result.uses().begin(), result.uses().end(),
+                                   [](const Use& u) { return u.twice; });
+    return twice && result.surfaces().size() <= kFewSurfaces ? result.with_true_uses() : result;
 }
 
 // The sign for each combination of signs; bit j of the place says "outside surface j".
 std::vector<Sign> SignFormula::table() const
 {
-    const std::size_t n = surfaces_.size();
-    std::vector<Sign> signs(static_cast<std::size_t>(surfaces_.back()) + 1, Sign{0});
+    const std::size_t n = surfaces().size();
+    std::vector<Sign> signs(static_cast<std::size_t>(surfaces().back()) + 1, Sign{0});
     std::vector<Sign> result(std::size_t{1} << n);
     for (std::size_t bits = 0; bits < result.size(); ++bits) {
         for (std::size_t j = 0; j < n; ++j)
-            signs[surfaces_[j]] = (bits >> j & 1) != 0 ? Sign{1} : Sign{-1};
+            signs[surfaces()[j]] = (bits >> j & 1) != 0 ? Sign{1} : Sign{-1};
         result[bits] = sign(signs);
     }
     return result;
@@ -74,11 +89,11 @@ std::vector<Sign> SignFormula::table() const
 SignFormula SignFormula::with_true_uses() const
 {
     const std::vector<Sign> result = table();
-    std::vector<Sign> idle(static_cast<std::size_t>(surfaces_.back()) + 1, Sign{0});
-    SignFormula refined = *this;
+    std::vector<Sign> idle(static_cast<std::size_t>(surfaces().back()) + 1, Sign{0});
+    Parts refined = *parts_;
     bool any_idle = false;
-    for (std::size_t j = 0; j < surfaces_.size(); ++j) {
-        Use& use = refined.uses_[j];
+    for (std::size_t j = 0; j < surfaces().size(); ++j) {
+        Use& use = refined.uses[j];
         use.plain = use.negated = false;
         const std::size_t bit = std::size_t{1} << j;
         for (std::size_t bits = 0; bits < result.size(); ++bits) {
@@ -87,19 +102,19 @@ SignFormula SignFormula::with_true_uses() const
             use.negated = use.negated || result[bits] > result[bits | bit];
         }
         if (use.plain || use.negated) continue;
-        idle[surfaces_[j]] = 1;
+        idle[surfaces()[j]] = 1;
         any_idle = true;
     }
-    return any_idle ? folded(idle).simplified(idle) : refined;
+    return any_idle ? folded(idle).simplified(idle) : SignFormula(std::move(refined));
 }
 
 Sign SignFormula::sign_by_cases(std::vector<Sign>& signs) const
 {
     const Sign known = sign(signs);
     if (known != 0) return known;
-    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        Sign& s = signs[surfaces_[i]];
-        if (s != 0 || !uses_[i].twice) continue;
+    for (std::size_t i = 0; i < surfaces().size(); ++i) {
+        Sign& s = signs[surfaces()[i]];
+        if (s != 0 || !uses()[i].twice) continue;
         s = -1;
         const Sign inside = sign_by_cases(signs);
         s = 1;
@@ -112,20 +127,18 @@ Sign SignFormula::sign_by_cases(std::vector<Sign>& signs) const
 
 SignFormula SignFormula::folded(std::span<const Sign> signs) const
 {
-    SignFormula result;
-    if (constant_ != 0) {
-        result.constant_ = constant_;
-        return result;
-    }
-    std::vector<Value> values(nodes_.size());
+    if (constant_ != 0) return *this;
+    const auto& [nodes, terms, surfaces, uses] = *parts_;
+    Parts result;
+    std::vector<Value> values(nodes.size());
     std::vector<std::int32_t> kept;
-    for (std::size_t n = 0; n < nodes_.size(); ++n) {
-        const Node& node = nodes_[n];
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const Node& node = nodes[n];
         const Sign decides = node.is_max ? 1 : -1;
         kept.clear();
         bool decided = false;
         for (std::int32_t i = node.first; i < node.first + node.count && !decided; ++i) {
-            const std::int32_t term = terms_[i];
+            const std::int32_t term = terms[i];
             Value v =
                 names_surface(term) ? Value{signs[number(term)], term & ~1} : values[number(term)];
             if (negated(term)) v = {static_cast<Sign>(-v.constant), negate(v.term)};
@@ -139,44 +152,39 @@ SignFormula SignFormula::folded(std::span<const Sign> signs) const
         } else if (kept.size() == 1) {
             values[n] = {0, kept[0]};
         } else {
-            const auto first = static_cast<std::int32_t>(result.terms_.size());
-            const auto self = static_cast<std::int32_t>(result.nodes_.size());
-            result.terms_.insert(result.terms_.end(), kept.begin(), kept.end());
-            result.nodes_.push_back({node.is_max, first, static_cast<std::int32_t>(kept.size())});
+            const auto first = static_cast<std::int32_t>(result.terms.size());
+            const auto self = static_cast<std::int32_t>(result.nodes.size());
+            result.terms.insert(result.terms.end(), kept.begin(), kept.end());
+            result.nodes.push_back({node.is_max, first, static_cast<std::int32_t>(kept.size())});
             values[n] = {0, ~(2 * self)};
         }
     }
     const Value& root = values.back();
-    if (root.constant != 0) {
-        result.nodes_.clear();
-        result.terms_.clear();
-        result.constant_ = root.constant;
-        return result;
-    }
+    if (root.constant != 0) return SignFormula(root.constant);
     // The result is the last node, so a bare or negated reference gets a node of its own.
-    const auto last = static_cast<std::int32_t>(result.nodes_.size()) - 1;
+    const auto last = static_cast<std::int32_t>(result.nodes.size()) - 1;
     if (names_surface(root.term) || negated(root.term) || number(root.term) != last) {
-        result.nodes_.push_back({true, static_cast<std::int32_t>(result.terms_.size()), 1});
-        result.terms_.push_back(root.term);
+        result.nodes.push_back({true, static_cast<std::int32_t>(result.terms.size()), 1});
+        result.terms.push_back(root.term);
     }
     result.note_surfaces();
-    return result;
+    return SignFormula(std::move(result));
 }
 
-void SignFormula::note_surfaces()
+void SignFormula::Parts::note_surfaces()
 {
     // Only what the result reaches counts: nodes may have lost their last use.
     struct Reach {
         bool plain = false, negated = false;
     };
-    std::vector<Reach> reach(nodes_.size());
+    std::vector<Reach> reach(nodes.size());
     reach.back().plain = true;
     std::vector<std::pair<std::int32_t, bool>> found;
-    for (std::size_t n = nodes_.size(); n-- > 0;) {
+    for (std::size_t n = nodes.size(); n-- > 0;) {
         const Reach r = reach[n];
         if (!r.plain && !r.negated) continue;
-        for (std::int32_t i = nodes_[n].first; i < nodes_[n].first + nodes_[n].count; ++i) {
-            const std::int32_t term = terms_[i];
+        for (std::int32_t i = nodes[n].first; i < nodes[n].first + nodes[n].count; ++i) {
+            const std::int32_t term = terms[i];
             const bool flip = negated(term);
             const Reach below{flip ? r.negated : r.plain, flip ? r.plain : r.negated};
             if (names_surface(term)) {
@@ -190,11 +198,11 @@ void SignFormula::note_surfaces()
     }
     std::sort(found.begin(), found.end());
     for (const auto& [surface, is_negated] : found) {
-        if (surfaces_.empty() || surfaces_.back() != surface) {
-            surfaces_.push_back(surface);
-            uses_.emplace_back();
+        if (surfaces.empty() || surfaces.back() != surface) {
+            surfaces.push_back(surface);
+            uses.emplace_back();
         }
-        Use& use = uses_.back();
+        Use& use = uses.back();
         (is_negated ? use.negated : use.plain) = true;
         use.twice = use.plain && use.negated;
     }
@@ -203,16 +211,17 @@ void SignFormula::note_surfaces()
 Sign SignFormula::sign(std::span<const Sign> signs) const
 {
     if (constant_ != 0) return constant_;
+    const std::vector<Node>& nodes = parts_->nodes;
     constexpr std::size_t kSmall = 64;
     Sign small[kSmall];
-    std::vector<Sign> large(nodes_.size() > kSmall ? nodes_.size() : 0);
-    Sign* value = nodes_.size() > kSmall ? large.data() : small;
-    for (std::size_t n = 0; n < nodes_.size(); ++n) {
-        const Node& node = nodes_[n];
+    std::vector<Sign> large(nodes.size() > kSmall ? nodes.size() : 0);
+    Sign* value = nodes.size() > kSmall ? large.data() : small;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const Node& node = nodes[n];
         const Sign decides = node.is_max ? 1 : -1;
         Sign result = static_cast<Sign>(-decides);
         for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-            const std::int32_t term = terms_[i];
+            const std::int32_t term = parts_->terms[i];
             Sign s = names_surface(term) ? signs[number(term)] : value[number(term)];
             if (negated(term)) s = static_cast<Sign>(-s);
             if (s == decides) {
@@ -223,7 +232,7 @@ Sign SignFormula::sign(std::span<const Sign> signs) const
         }
         value[n] = result;
     }
-    return value[nodes_.size() - 1];
+    return value[nodes.size() - 1];
 }
 
 }  // namespace genus

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genus/model/csg_field.h"
@@ -21,19 +23,19 @@ public:
     /// 0 as long as the formula depends on some surface, else the sign it has throughout.
     Sign constant() const { return constant_; }
     /// The surfaces the formula still names, ascending.
-    const std::vector<std::int32_t>& surfaces() const { return surfaces_; }
+    const std::vector<std::int32_t>& surfaces() const { return parts_->surfaces; }
     /// How the result depends on a surface: `plain` if matter lies where it is negative, `negated`
     /// as in the second operand of a difference, or both. `twice` if it is written both ways.
     struct Use {
         bool plain = false, negated = false, twice = false;
     };
     /// How each of `surfaces()` enters, in their order.
-    const std::vector<Use>& uses() const { return uses_; }
+    const std::vector<Use>& uses() const { return parts_->uses; }
 
     /// The formula once the signs that are not 0 are known; `signs` has one entry a surface of the
     /// field. Surfaces that enter both ways are dropped where they turn out not to matter, as the
     /// wall between two parts that were put together. O(length), times 2^n for n up to eight
-    /// surfaces if some enter both ways.
+    /// surfaces if some enter both ways; a formula that no sign changes is shared, not copied.
     SignFormula simplified(std::span<const Sign> signs) const;
     /// The sign of the formula, 0 if the known signs leave it open.
     Sign sign(std::span<const Sign> signs) const;
@@ -41,21 +43,27 @@ public:
     Sign sign_by_cases(std::vector<Sign>& signs) const;
 
 private:
-    SignFormula() = default;
     // A term is 2 * number + negated, of a surface or, complemented bitwise, of an earlier node.
     struct Node {
         bool is_max;
         std::int32_t first, count;
     };
+    struct Parts {
+        std::vector<Node> nodes;  // the last is the result
+        std::vector<std::int32_t> terms;
+        std::vector<std::int32_t> surfaces;
+        std::vector<Use> uses;
+
+        void note_surfaces();
+    };
+    explicit SignFormula(Sign constant);
+    explicit SignFormula(Parts&& parts) : parts_(std::make_shared<const Parts>(std::move(parts))) {}
+
     SignFormula folded(std::span<const Sign> signs) const;
     std::vector<Sign> table() const;
     SignFormula with_true_uses() const;
-    void note_surfaces();
 
-    std::vector<Node> nodes_;  // the last is the result
-    std::vector<std::int32_t> terms_;
-    std::vector<std::int32_t> surfaces_;
-    std::vector<Use> uses_;
+    std::shared_ptr<const Parts> parts_;
     Sign constant_ = 0;
 };
 

@@ -49,6 +49,24 @@ Interval range_of(const std::array<double, 10>& c, const IntervalVec3& b)
            b[1] * b[2] * c[9];
 }
 
+// Over the box with this centre and these half sides, but for rounding: exact in each coordinate
+// for itself, products of two coordinates apart from their linear terms by their largest values.
+Interval range_round(const std::array<double, 10>& q, const Vec3& centre, const Vec3& half)
+{
+    const Vec3 g = slope(q, centre);
+    double lo = evaluate(q, centre), hi = lo;
+    for (std::size_t i = 0; i < 3; ++i) {
+        // g t + q t^2 for |t| <= h, with its vertex if that is inside.
+        const double a = std::fabs(g[i]) * half[i], s = q[4 + i] * half[i] * half[i];
+        const bool vertex = a < 2.0 * std::fabs(s);
+        lo += vertex && s > 0.0 ? -a * a / (4.0 * s) : s - a;
+        hi += vertex && s < 0.0 ? -a * a / (4.0 * s) : s + a;
+    }
+    const double mixed = std::fabs(q[7]) * half[0] * half[1] + std::fabs(q[8]) * half[0] * half[2] +
+                         std::fabs(q[9]) * half[1] * half[2];
+    return {lo - mixed, hi + mixed};
+}
+
 IntervalVec3 slope_range(const std::array<double, 10>& c, const IntervalVec3& b)
 {
     return {b[0] * (2.0 * c[4]) + b[1] * c[7] + b[2] * c[8] + Interval(c[1]),
@@ -375,32 +393,22 @@ std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& directi
 
 Interval SurfaceForm::range(const Box3& box) const
 {
-    const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
-    Interval result;
-    if (kind_ == Surface::Kind::Torus) {
-        // Mean value form beside the natural one.
-        const Vec3 half = 0.5 * box.size();
-        const IntervalVec3 g = gradient_range(box);
-        result = (square(range_of(s_, b)) - range_of(t_, b)) * scale_;
-        const Interval mean = Interval(value(box.center())) + g[0] * Interval(-half[0], half[0]) +
-                              g[1] * Interval(-half[1], half[1]) +
-                              g[2] * Interval(-half[2], half[2]);
-        result = {std::max(result.lo, mean.lo), std::min(result.hi, mean.hi)};
-    } else {
-        // Centred form: exact for planes, sharp for small boxes.
+    if (kind_ != Surface::Kind::Torus) {
         const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
-        const Vec3 g = slope(q_, c);
-        const IntervalVec3 d{Interval(-half[0], half[0]), Interval(-half[1], half[1]),
-                             Interval(-half[2], half[2])};
-        Quadratic second = q_;
-        std::fill(second.begin(), second.begin() + 4, 0.0);
-        result = Interval(evaluate(q_, c)) + dot(d, g) + range_of(second, d);
-        if (!is_plane()) {
-            const Interval natural = range_of(q_, b);
-            result = {std::max(result.lo, natural.lo), std::min(result.hi, natural.hi)};
-        }
+        Vec3 most;
+        for (std::size_t i = 0; i < 3; ++i) most[i] = std::fabs(c[i]) + half[i];
+        const double margin = std::max(slack_, 64.0 * kEps * magnitude(q_, most));
+        const Interval r = range_round(q_, c, half);
+        return {r.lo - margin, r.hi + margin};
     }
-    return {result.lo - slack_, result.hi + slack_};
+    // Mean value form beside the natural one.
+    const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
+    const Vec3 half = 0.5 * box.size();
+    const IntervalVec3 g = gradient_range(box);
+    const Interval natural = (square(range_of(s_, b)) - range_of(t_, b)) * scale_;
+    const Interval mean = Interval(value(box.center())) + g[0] * Interval(-half[0], half[0]) +
+                          g[1] * Interval(-half[1], half[1]) + g[2] * Interval(-half[2], half[2]);
+    return {std::max(natural.lo, mean.lo) - slack_, std::min(natural.hi, mean.hi) + slack_};
 }
 
 IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
