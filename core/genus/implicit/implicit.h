@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "genus/base/interval.h"
 #include "genus/base/vec.h"
@@ -13,6 +15,11 @@ public:
     virtual ~Implicit() = default;
 
     virtual double value(const Vec3& p) const = 0;
+    /// Of many points at once, the same numbers; `out` has as many places as there are points.
+    virtual void values(std::span<const Vec3> points, std::span<double> out) const
+    {
+        for (std::size_t i = 0; i < points.size(); ++i) out[i] = value(points[i]);
+    }
     /// Gradient; where F has a crease, that of one of its branches.
     virtual Vec3 gradient(const Vec3& p) const = 0;
     /// Holds F(p) for every p of the box.
