@@ -361,7 +361,7 @@ double operate(Operation operation, double a, double b, double number)
         case Operation::Divide:
             return a / b;
         case Operation::RealPower:
-            return std::isnan(b) ? b : std::pow(a, b);
+            return real_power(a, b);
         case Operation::Atan2:
             return std::atan2(a, b);
         case Operation::Min:
