@@ -655,8 +655,14 @@ private:
                         cutters.push_back(j);
                         break;
                     }
+            std::vector<Piece> pieces = cell.cut_plane(i, cutters);
+            if (cutters.empty()) {
+                if (const int b = border(pieces[0].signs); b != 0)
+                    add_loop(cell, pieces[0].vertices, b < 0, i, surfaces, codes, corners, part);
+                continue;
+            }
             std::array<std::vector<Piece>, 2> kept;  // outward along, against the gradient
-            for (Piece& piece : cell.cut_plane(i, cutters))
+            for (Piece& piece : pieces)
                 if (const int b = border(piece.signs); b != 0)
                     kept[b > 0 ? 0 : 1].push_back(std::move(piece));
             for (const int turned : {0, 1})
