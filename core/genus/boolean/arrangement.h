@@ -6,27 +6,9 @@
 
 #include "genus/boolean/box_tree.h"
 #include "genus/boolean/exact_point.h"
-#include "genus/mesh/indexed_mesh.h"
+#include "genus/boolean/soup.h"
 
 namespace genus::exact {
-
-/// Faces of several operands on one grid. Faces have three different corners and an area.
-struct Soup {
-    std::vector<Vec3> points;  // grid points, see exact_point.h
-    std::vector<Triangle> faces;
-    std::vector<std::int32_t> operand;  // of each face
-    /// Of each face: the operand that the caller gave and its number there.
-    struct Given {
-        std::int32_t operand;
-        std::int32_t face;
-    };
-    std::vector<Given> given;
-    /// Three a face: the halfedge across edge i, numbered 3 face + i, or -1 where the edge does not
-    /// join exactly two faces.
-    std::vector<std::int32_t> twin;
-    /// Operands that may cross or touch themselves; empty for none.
-    std::vector<char> crosses_itself;
-};
 
 /// Pairs of faces of a soup that may meet, found by their boxes and planes.
 struct Candidates {

@@ -134,8 +134,8 @@ void PlanarTriangulation::split_cell(int cell, int point)
     set(third, {d, a, point}, {c.neighbor[2], cell, second}, {c.carrier[2], kNone, kNone});
     relink(c.neighbor[1], cell, second);
     relink(c.neighbor[2], cell, third);
-    std::vector<std::array<int, 2>> edges{{cell, 0}, {second, 0}, {third, 0}};
-    legalize(edges, 1000);
+    doubtful_.assign({{cell, 0}, {second, 0}, {third, 0}});
+    legalize(1000);
 }
 
 void PlanarTriangulation::split_edge(int cell, int edge, int point)
@@ -155,7 +155,7 @@ void PlanarTriangulation::split_edge(int cell, int edge, int point)
     set(cell, {a, point, apex}, {far, near, ca}, {carrier, kNone, c.carrier[prev(i)]});
     set(near, {point, b, apex}, {other, bc, cell}, {carrier, c.carrier[next(i)], kNone});
     relink(bc, cell, near);
-    std::vector<std::array<int, 2>> edges{{cell, 2}, {near, 1}};
+    doubtful_.assign({{cell, 2}, {near, 1}});
     if (other != kNone) {
         const Cell o = cells_[other];
         const int j = edge_towards(o, cell);
@@ -165,10 +165,10 @@ void PlanarTriangulation::split_edge(int cell, int edge, int point)
         set(other, {b, point, opposite}, {near, far, db}, {carrier, kNone, o.carrier[prev(j)]});
         set(far, {point, a, opposite}, {cell, ad, other}, {carrier, o.carrier[next(j)], kNone});
         relink(ad, other, far);
-        edges.push_back({other, 2});
-        edges.push_back({far, 1});
+        doubtful_.push_back({other, 2});
+        doubtful_.push_back({far, 1});
     }
-    legalize(edges, 1000);
+    legalize(1000);
 }
 
 bool PlanarTriangulation::convex(int cell, int edge) const
@@ -227,29 +227,29 @@ void PlanarTriangulation::flip(int cell, int edge)
     relink(c.neighbor[next(i)], cell, other);
 }
 
-void PlanarTriangulation::legalize(std::vector<std::array<int, 2>>& edges, std::size_t budget)
+void PlanarTriangulation::legalize(std::size_t budget)
 {
-    while (!edges.empty() && budget > 0) {
-        const auto [cell, edge] = edges.back();
-        edges.pop_back();
+    while (!doubtful_.empty() && budget > 0) {
+        const auto [cell, edge] = doubtful_.back();
+        doubtful_.pop_back();
         if (!badly_shaped(cell, edge)) continue;
         const int other = cells_[cell].neighbor[edge];
         flip(cell, edge);
         --budget;
-        edges.push_back({cell, 0});
-        edges.push_back({cell, 2});
-        edges.push_back({other, 0});
-        edges.push_back({other, 1});
+        doubtful_.push_back({cell, 0});
+        doubtful_.push_back({cell, 2});
+        doubtful_.push_back({other, 0});
+        doubtful_.push_back({other, 1});
     }
 }
 
 void PlanarTriangulation::improve()
 {
-    std::vector<std::array<int, 2>> edges;
+    doubtful_.clear();
     for (int cell = 0; cell < static_cast<int>(cells_.size()); ++cell)
         for (int i = 0; i < 3; ++i)
-            if (cells_[cell].neighbor[i] > cell) edges.push_back({cell, i});
-    legalize(edges, 20 * cells_.size());
+            if (cells_[cell].neighbor[i] > cell) doubtful_.push_back({cell, i});
+    legalize(20 * cells_.size());
 }
 
 // Calls visit(cell, index of point in cell) for all cells at `point` until it returns true.

@@ -71,7 +71,7 @@ private:
     bool convex(int cell, int edge) const;
     bool badly_shaped(int cell, int edge) const;
     void flip(int cell, int edge);
-    void legalize(std::vector<std::array<int, 2>>& edges, std::size_t budget);
+    void legalize(std::size_t budget);
     int advance(int a, int b, int carrier);
     void clear_way(std::vector<std::array<int, 2>>& crossed, int a, int b);
     template <class F>
@@ -82,7 +82,8 @@ private:
     Crossing crossing_;
     std::vector<PointRef> points_;
     std::vector<Cell> cells_;
-    std::vector<int> cell_of_;  // one cell at each point
+    std::vector<int> cell_of_;                  // one cell at each point
+    std::vector<std::array<int, 2>> doubtful_;  // cells and edges that may have to be flipped
     int last_ = 0;
     std::uint32_t random_ = 12345;
 };

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "genus/boolean/contact.h"
+#include "genus/boolean/exact_point.h"
+#include "genus/mesh/indexed_mesh.h"
+
+namespace genus::exact {
+
+/// Faces of several operands on one grid. Faces have three different corners and an area.
+struct Soup {
+    std::vector<Vec3> points;  // grid points, see exact_point.h
+    std::vector<Triangle> faces;
+    std::vector<std::int32_t> operand;  // of each face
+    /// Of each face: the operand that the caller gave and its number there.
+    struct Given {
+        std::int32_t operand;
+        std::int32_t face;
+    };
+    std::vector<Given> given;
+    /// Three a face: the halfedge across edge i, numbered 3 face + i, or -1 where the edge does not
+    /// join exactly two faces.
+    std::vector<std::int32_t> twin;
+    /// Operands that may cross or touch themselves; empty for none.
+    std::vector<char> crosses_itself;
+};
+
+inline Plane plane_of(const Soup& soup, std::int32_t f)
+{
+    const Triangle& t = soup.faces[f];
+    return plane_through(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]);
+}
+
+/// With corners numbered as in the soup.
+inline Corners corners_of(const Soup& soup, std::int32_t f)
+{
+    Corners c;
+    c.id = soup.faces[f];
+    for (int i = 0; i < 3; ++i) c.at[i] = &soup.points[c.id[i]];
+    return c;
+}
+
+}  // namespace genus::exact
