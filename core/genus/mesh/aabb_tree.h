@@ -216,7 +216,7 @@ inline double distance2(const Box3& box, const Vec3& p)
 {
     double sum = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-        const double d = std::max({box.min[i] - p[i], 0.0, p[i] - box.max[i]});
+        const double d = std::max(std::max(box.min[i] - p[i], p[i] - box.max[i]), 0.0);
         sum += d * d;
     }
     return sum;

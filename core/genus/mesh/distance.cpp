@@ -11,6 +11,7 @@
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/measure.h"
+#include "genus/mesh/sides.h"
 
 namespace genus {
 
@@ -86,14 +87,15 @@ struct Sampled {
     }
 };
 
+constexpr std::size_t kSampleGrain = 256;
+
 // Splits [0, n) into chunks, lets `work(index, sampled)` fill one for each, and adds them in order.
 template <class Work>
 Sampled sample_in_parallel(std::size_t n, const Work& work)
 {
-    constexpr std::size_t kGrain = 256;
-    std::vector<Sampled> parts((n + kGrain - 1) / kGrain);
-    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) work(i, parts[begin / kGrain]);
+    std::vector<Sampled> parts((n + kSampleGrain - 1) / kSampleGrain);
+    parallel_for(n, kSampleGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) work(i, parts[begin / kSampleGrain]);
     });
     Sampled total;
     for (const Sampled& part : parts) total.add(part);
@@ -109,7 +111,77 @@ std::int64_t samples_in(double area, double density, Random& random)
     return static_cast<std::int64_t>(whole) + (random.next() < wanted - whole ? 1 : 0);
 }
 
-Sampled sample_faces(const IndexedMesh& from, const MeshTree& to, double density)
+// The mesh to which distances are sought: a tree, and for each side of a face that beyond it.
+class Target {
+public:
+    explicit Target(const IndexedMesh& mesh) : tree_(mesh)
+    {
+        const TriangleSides sides(mesh);
+        const auto none = [](std::size_t) { return false; };
+        twin_ = twins(make_edge_table(sides, mesh.n_vertices(), none), sides.n_sides());
+    }
+
+    Corners corners(std::int32_t face) const { return corners_of(tree_.mesh(), face); }
+
+    // The face across a side, -1 if there is not just one.
+    std::int32_t across(std::int32_t face, std::int32_t side) const
+    {
+        const std::int32_t twin = twin_[3 * face + side];
+        return twin >= 0 ? twin / 3 : -1;
+    }
+
+    ClosestPoint on_face(const Vec3& p, std::int32_t face) const
+    {
+        const Corners t = corners(face);
+        const Vec3 there = closest_point(p, t[0], t[1], t[2]);
+        return {face, there, distance(p, there)};
+    }
+
+    // The point nearest to p, found the sooner the nearer face `near` is, if there is one.
+    ClosestPoint nearest(const Vec3& p, std::int32_t near) const
+    {
+        if (near < 0) return tree_.nearest(p);
+        const ClosestPoint known = on_face(p, near), nearer = tree_.nearest(p, known.distance);
+        return nearer.face >= 0 ? nearer : known;
+    }
+
+    // The same, or any point that is no farther from p than `enough`: such a one is met on a walk
+    // from `near` as a rule, which takes a fraction of the time.
+    ClosestPoint near_enough(const Vec3& p, std::int32_t near, double enough) const
+    {
+        if (near < 0) return tree_.nearest(p);
+        near = walk(p, near);
+        const ClosestPoint found = on_face(p, near);
+        if (found.distance <= enough) return found;
+        const ClosestPoint nearer = tree_.nearest(p, found.distance);
+        return nearer.face >= 0 ? nearer : found;
+    }
+
+private:
+    // To the face over or under which p lies, or near it.
+    std::int32_t walk(const Vec3& p, std::int32_t face) const
+    {
+        constexpr int kSteps = 12;
+        for (int step = 0; step < kSteps; ++step) {
+            const Corners t = corners(face);
+            const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+            std::int32_t next = -1;
+            for (std::int32_t side = 0; side < 3 && next < 0; ++side)
+                if (dot(cross(normal, t[(side + 1) % 3] - t[side]), p - t[side]) < 0.0)
+                    next = across(face, side);
+            if (next < 0) break;
+            face = next;
+        }
+        return face;
+    }
+
+    MeshTree tree_;
+    std::vector<std::int32_t> twin_;
+};
+
+Sampled sample_faces(const IndexedMesh& from, const Target& to,
+                     const std::vector<ClosestPoint>& nearest, const DistanceOptions& options,
+                     double density)
 {
     return sample_in_parallel(from.n_faces(), [&](std::size_t f, Sampled& sampled) {
         const Corners t = corners_of(from, f);
@@ -119,12 +191,15 @@ Sampled sample_faces(const IndexedMesh& from, const MeshTree& to, double density
         if (wanted == 0) return;
         const auto k = static_cast<std::int64_t>(std::ceil(std::sqrt(static_cast<double>(wanted))));
         double sum = 0.0;
+        std::int32_t near = nearest[from.faces[f][0]].face;
         for (std::int64_t i = 0; i < k * k; ++i) {
             if (i % 1024 == 1023) current_progress().check();
             const Vec3 p = sample_of(t, i, k, random);
-            const double distance = to.nearest(p).distance;
-            sum += distance;
-            sampled.see(distance, p);
+            const ClosestPoint at =
+                options.mean ? to.nearest(p, near) : to.near_enough(p, near, sampled.max);
+            near = at.face;
+            sum += at.distance;
+            sampled.see(at.distance, p);
         }
         // A face drawn by chance stands for more area than its own.
         const double stands_for = std::max(face_area, 1.0 / density);
@@ -135,19 +210,57 @@ Sampled sample_faces(const IndexedMesh& from, const MeshTree& to, double density
 
 // ---- branch and bound ---------------------------------------------------------------------------
 
+// A triangle, with the nearest faces of the other mesh for its corners.
 struct Piece {
     Corners corners;
-    std::array<double, 3> distance;  // of the corners
+    std::array<std::int32_t, 3> face;
+    std::array<double, 3> distance;
+
+    void set(std::size_t corner, const Vec3& p, const ClosestPoint& at)
+    {
+        corners[corner] = p;
+        face[corner] = at.face;
+        distance[corner] = at.distance;
+    }
 };
 
-struct Nearby {
-    std::int32_t face;
-    double distance;
+// A convex part of a triangle.
+class Part {
+public:
+    Part() = default;
+    Part(const Vec3* begin, const Vec3* end)
+    {
+        for (; begin != end; ++begin) push_back(*begin);
+    }
+
+    void push_back(const Vec3& p)
+    {
+        if (n_ < kMost) points_[n_] = p;
+        ++n_;
+    }
+    std::size_t size() const { return n_; }
+    /// Not too many corners to hold.
+    bool is_whole() const { return n_ <= kMost; }
+    const Vec3& operator[](std::size_t i) const { return points_[i]; }
+    const Vec3* begin() const { return points_.data(); }
+    const Vec3* end() const { return points_.data() + n_; }
+
+private:
+    static constexpr std::size_t kMost = 16;
+    std::size_t n_ = 0;
+    std::array<Vec3, kMost> points_;
 };
+
+Vec3 middle_of(const Part& part)
+{
+    Vec3 middle;
+    for (const Vec3& p : part) middle += p / static_cast<double>(part.size());
+    return middle;
+}
 
 class Bounder {
 public:
-    Bounder(const IndexedMesh& from, const MeshTree& to, const DistanceOptions& options)
+    Bounder(const IndexedMesh& from, const Target& to, const DistanceOptions& options)
         : from_(from), to_(to), options_(options)
     {
     }
@@ -160,16 +273,15 @@ public:
         std::vector<Piece> pieces;
         for (std::size_t begin = 0; begin < from_.n_faces(); begin += kBatch) {
             const std::size_t end = std::min(begin + kBatch, from_.n_faces());
-            look_at(
+            look_at<1>(
                 end - begin, [&](std::size_t i) { return whole_face(begin + i, nearest); }, pieces);
         }
         while (!pieces.empty() && looked_ < options_.max_pieces) {
             std::vector<Piece> finer;
             for (std::size_t begin = 0; begin < pieces.size(); begin += kBatch / 4) {
                 const std::size_t end = std::min(begin + kBatch / 4, pieces.size());
-                look_at(
-                    4 * (end - begin),
-                    [&](std::size_t i) { return quarter(pieces[begin + i / 4], i % 4); }, finer);
+                look_at<4>(
+                    end - begin, [&](std::size_t i) { return quarters(pieces[begin + i]); }, finer);
                 if (looked_ < options_.max_pieces) continue;
                 finer.insert(finer.end(), pieces.begin() + static_cast<std::ptrdiff_t>(end),
                              pieces.end());
@@ -185,50 +297,45 @@ public:
 
 private:
     static constexpr std::size_t kBatch = 1 << 15;
+    static constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
-    struct Candidate {
-        Piece piece;
-        std::array<std::int32_t, 3> faces;  // of `to_`, near the corners
+    struct Open {
+        Part part;
+        std::int32_t face;  // to try first; -1: none
     };
+
     struct Seen {
-        bool open = false;
         double bound = 0.0;
         Piece piece;
     };
 
     double distance_to(const Vec3& p, std::int32_t face) const
     {
-        const Corners t = corners_of(to_.mesh(), face);
-        return distance(p, closest_point(p, t[0], t[1], t[2]));
+        return to_.on_face(p, face).distance;
     }
 
-    Candidate whole_face(std::size_t face, const std::vector<ClosestPoint>& nearest) const
+    std::array<Piece, 1> whole_face(std::size_t f, const std::vector<ClosestPoint>& nearest) const
     {
-        Candidate c;
-        c.piece.corners = corners_of(from_, face);
+        Piece piece;
         for (std::size_t i = 0; i < 3; ++i) {
-            const ClosestPoint& at = nearest[from_.faces[face][i]];
-            c.piece.distance[i] = at.distance;
-            c.faces[i] = at.face;
+            const std::int32_t v = from_.faces[f][i];
+            piece.set(i, from_.vertices[v], nearest[v]);
         }
-        return c;
+        return {piece};
     }
 
     // Quarter 0, 1, 2 keeps that corner, 3 lies in the middle.
-    Candidate quarter(const Piece& whole, std::size_t which) const
+    std::array<Piece, 4> quarters(const Piece& whole) const
     {
-        const Corners& t = whole.corners;
-        const Corners middles{0.5 * t[1] + 0.5 * t[2], 0.5 * t[2] + 0.5 * t[0],
-                              0.5 * t[0] + 0.5 * t[1]};
-        Candidate c;
-        c.piece.corners = middles;
-        if (which < 3) c.piece.corners[which] = t[which];
+        std::array<Piece, 4> out{whole, whole, whole, whole};
         for (std::size_t i = 0; i < 3; ++i) {
-            const ClosestPoint at = to_.nearest(c.piece.corners[i]);
-            c.piece.distance[i] = at.distance;
-            c.faces[i] = at.face;
+            const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+            const Vec3 middle = 0.5 * whole.corners[j] + 0.5 * whole.corners[k];
+            const ClosestPoint at = to_.near_enough(middle, whole.face[j], known_);
+            for (const std::size_t quarter : {j, k, std::size_t{3}})
+                out[quarter].set(i, middle, at);
         }
-        return c;
+        return out;
     }
 
     // The distance function grows no faster than one moves, from whichever corner.
@@ -243,86 +350,96 @@ private:
         return bound;
     }
 
-    double bound_by_face(const Piece& piece, std::int32_t face) const
+    // By the faces nearest to the corners; where that will not do, by parts.
+    double bound_of(const Piece& piece) const
     {
-        double farthest = 0.0;
-        for (const Vec3& corner : piece.corners)
-            farthest = std::max(farthest, distance_to(corner, face));
-        return farthest;
-    }
-
-    // By the faces nearest to the corners; where that will not do, by the one nearest to the
-    // middle: corners on an edge of the other mesh may all have found the faces beyond it.
-    double bound_of(const Candidate& c) const
-    {
-        double bound = loose_bound(c.piece);
+        double bound = loose_bound(piece);
+        const Part whole(piece.corners.data(), piece.corners.data() + 3);
         for (std::size_t i = 0; i < 3 && bound > enough(); ++i)
-            bound = std::min(bound, bound_by_face(c.piece, c.faces[i]));
-        if (bound <= enough()) return bound;
-        const Corners& t = c.piece.corners;
-        const Vec3 middle = (1.0 / 3.0) * t[0] + (1.0 / 3.0) * t[1] + (1.0 / 3.0) * t[2];
-        const std::int32_t face = to_.nearest(middle).face;
-        bound = std::min(bound, bound_by_face(c.piece, face));
+            bound = std::min(bound, farthest_from(whole, piece.face[i]));
         constexpr double kFewFaces = 6.0;
-        if (bound <= enough() || area_of(t) > kFewFaces * area_of(corners_of(to_.mesh(), face)))
+        if (bound <= enough() ||
+            area_of(piece.corners) > kFewFaces * area_of(to_.corners(piece.face[0])))
             return bound;
-        return std::min(bound, bound_by_parts(t));
+        return std::min(bound, bound_by_parts(whole, nearest_of(piece.face, middle_of(whole))));
     }
 
     // The piece cut along the sides of the faces beneath it: each part is near one face, though the
     // whole is not. Without this, surfaces that lie in each other but are cut into triangles in
-    // different ways would have to be split to the last bit wherever sides cross.
-    double bound_by_parts(const Corners& t) const
+    // different ways would have to be split to the last bit wherever sides cross. From the face to
+    // start with one comes to the others across its sides, or by the tree.
+    double bound_by_parts(const Part& whole, std::int32_t start) const
     {
-        constexpr double kNone = std::numeric_limits<double>::infinity();
-        std::vector<std::vector<Vec3>> open{{t[0], t[1], t[2]}};
+        std::vector<Open> open{{whole, start}};
         double bound = 0.0;
         for (int budget = 32; !open.empty(); --budget) {
-            if (budget == 0) return kNone;
-            std::vector<Vec3> part = std::move(open.back());
+            if (budget == 0) return kNoBound;
+            const Open next = open.back();
             open.pop_back();
-            Vec3 middle;
-            for (const Vec3& p : part) middle += p / static_cast<double>(part.size());
-            const std::int32_t face = to_.nearest(middle).face;
-            double farthest = farthest_from(part, face);
+            double farthest = next.face >= 0 ? settle(next.part, next.face, open) : kNoBound;
             if (farthest > enough()) {
-                part = cut_along(face, std::move(part), open);
-                farthest = part.size() < 3 ? kNone : farthest_from(part, face);
+                const Vec3 middle = middle_of(next.part);
+                farthest = settle(next.part, to_.nearest(middle, next.face).face, open);
             }
-            if (farthest > enough()) return kNone;
+            if (farthest > enough()) return kNoBound;
             bound = std::max(bound, farthest);
         }
         return bound;
     }
 
-    double farthest_from(const std::vector<Vec3>& part, std::int32_t face) const
+    // How far the part is from the face at most, if that is little enough, or else that part of it
+    // which lies over the face: the rest is left to the faces beside it.
+    double settle(const Part& part, std::int32_t face, std::vector<Open>& open) const
+    {
+        if (!part.is_whole()) return kNoBound;
+        const double farthest = farthest_from(part, face);
+        if (farthest <= enough()) return farthest;
+        std::array<Part, 3> beyond;
+        const Part over = cut_along(face, part, beyond);
+        if (over.size() < 3 || !over.is_whole()) return kNoBound;
+        const double farthest_over = farthest_from(over, face);
+        if (farthest_over > enough()) return kNoBound;
+        for (std::int32_t side = 0; side < 3; ++side)
+            if (beyond[side].size() >= 3) open.push_back({beyond[side], to_.across(face, side)});
+        return farthest_over;
+    }
+
+    // Or something more than enough.
+    double farthest_from(const Part& part, std::int32_t face) const
     {
         double farthest = 0.0;
-        for (const Vec3& p : part) farthest = std::max(farthest, distance_to(p, face));
+        for (auto p = part.begin(); p != part.end() && farthest <= enough(); ++p)
+            farthest = std::max(farthest, distance_to(*p, face));
         return farthest;
     }
 
-    // The part over the face; what lies beyond its sides goes to `beyond`.
-    std::vector<Vec3> cut_along(std::int32_t face, std::vector<Vec3> part,
-                                std::vector<std::vector<Vec3>>& beyond) const
+    std::int32_t nearest_of(const std::array<std::int32_t, 3>& faces, const Vec3& p) const
     {
-        const Corners t = corners_of(to_.mesh(), face);
+        std::int32_t best = faces[0];
+        for (const std::int32_t f : {faces[1], faces[2]})
+            if (f != best && distance_to(p, f) < distance_to(p, best)) best = f;
+        return best;
+    }
+
+    // The part over the face; what lies beyond each of its sides is put to `beyond`.
+    Part cut_along(std::int32_t face, Part part, std::array<Part, 3>& beyond) const
+    {
+        const Corners t = to_.corners(face);
         const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
-        for (std::size_t side = 0; side < 3 && part.size() >= 3; ++side) {
+        for (std::size_t side = 0; side < 3 && part.size() >= 3 && part.is_whole(); ++side) {
             const Vec3 inward = cross(normal, t[(side + 1) % 3] - t[side]);
-            std::vector<Vec3> inside, outside;
+            Part inside;
             for (std::size_t i = 0; i < part.size(); ++i) {
                 const Vec3 &p = part[i], &q = part[(i + 1) % part.size()];
                 const double at_p = dot(inward, p - t[side]), at_q = dot(inward, q - t[side]);
-                (at_p >= 0.0 ? inside : outside).push_back(p);
+                (at_p >= 0.0 ? inside : beyond[side]).push_back(p);
                 if ((at_p >= 0.0) == (at_q >= 0.0)) continue;
                 const double s = at_p / (at_p - at_q);
                 const Vec3 crossing = (1.0 - s) * p + s * q;
                 inside.push_back(crossing);
-                outside.push_back(crossing);
+                beyond[side].push_back(crossing);
             }
-            if (outside.size() >= 3) beyond.push_back(std::move(outside));
-            part = std::move(inside);
+            part = inside;
         }
         return part;
     }
@@ -337,17 +454,18 @@ private:
                         options_.sufficient);
     }
 
-    template <class MakeCandidate>
-    void look_at(std::size_t n, const MakeCandidate& candidate, std::vector<Piece>& open)
+    template <std::size_t kEach, class MakePieces>
+    void look_at(std::size_t n, const MakePieces& make, std::vector<Piece>& open)
     {
-        std::vector<Seen> seen(n);
+        std::vector<Seen> seen(kEach * n);
         parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const Candidate c = candidate(i);
-                seen[i] = {false, bound_of(c), c.piece};
+                const std::array<Piece, kEach> pieces = make(i);
+                for (std::size_t k = 0; k < kEach; ++k)
+                    seen[kEach * i + k] = {bound_of(pieces[k]), pieces[k]};
             }
         });
-        looked_ += static_cast<std::int64_t>(n);
+        looked_ += static_cast<std::int64_t>(seen.size());
         for (const Seen& s : seen)
             for (std::size_t k = 0; k < 3; ++k)
                 if (s.piece.distance[k] > known_) {
@@ -363,7 +481,7 @@ private:
     }
 
     const IndexedMesh& from_;
-    const MeshTree& to_;
+    const Target& to_;
     const DistanceOptions& options_;
     double size_ = bounds(from_).diagonal() + norm(bounds(from_).center());
     double known_ = 0.0;
@@ -372,7 +490,7 @@ private:
     std::int64_t looked_ = 0;
 };
 
-OneSidedDistance one_sided(const IndexedMesh& from, const MeshTree& to,
+OneSidedDistance one_sided(const IndexedMesh& from, const Target& to,
                            const DistanceOptions& options)
 {
     constexpr double kDefaultSamples = 100'000;
@@ -387,15 +505,18 @@ OneSidedDistance one_sided(const IndexedMesh& from, const MeshTree& to,
         for (const std::int32_t v : face) used[v] = 1;
     Sampled total = sample_in_parallel(from.n_vertices(), [&](std::size_t v, Sampled& sampled) {
         if (!used[v]) return;
-        nearest[v] = to.nearest(from.vertices[v]);
+        // Neighbours in number are so in space as a rule.
+        const std::int32_t near = v % kSampleGrain > 0 ? nearest[v - 1].face : -1;
+        nearest[v] = to.near_enough(from.vertices[v], near, sampled.max);
         sampled.see(nearest[v].distance, from.vertices[v]);
     });
-    if (density > 0.0 && std::isfinite(density)) total.add(sample_faces(from, to, density));
+    if (density > 0.0 && std::isfinite(density))
+        total.add(sample_faces(from, to, nearest, options, density));
 
     OneSidedDistance out;
     out.max = total.max;
     out.where = total.where;
-    out.mean = total.area > 0.0 ? total.weighted / total.area : total.max;
+    if (options.mean) out.mean = total.area > 0.0 ? total.weighted / total.area : total.max;
     out.samples = total.n;
     out.bound = std::numeric_limits<double>::infinity();
     if (options.precision > 0.0)
@@ -420,7 +541,7 @@ OneSidedDistance one_sided_distance(const IndexedMesh& from, const IndexedMesh& 
     if (from.faces.empty()) return {};
     require(!to.faces.empty(), "mesh_distance: one of the meshes has no faces");
     const MeshTree own(from);  // checks it
-    return one_sided(from, MeshTree(to), options);
+    return one_sided(from, Target(to), options);
 }
 
 MeshDistance mesh_distance(const IndexedMesh& a, const IndexedMesh& b,
@@ -429,7 +550,7 @@ MeshDistance mesh_distance(const IndexedMesh& a, const IndexedMesh& b,
     check_options(options);
     if (a.faces.empty() && b.faces.empty()) return {};
     require(!a.faces.empty() && !b.faces.empty(), "mesh_distance: one of the meshes has no faces");
-    const MeshTree tree_a(a), tree_b(b);
+    const Target tree_a(a), tree_b(b);
     MeshDistance out;
     out.a_to_b = one_sided(a, tree_b, options);
     out.b_to_a = one_sided(b, tree_a, options);

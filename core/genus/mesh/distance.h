@@ -15,6 +15,9 @@ struct DistanceOptions {
     /// A bound of this or less, in model units, is tight enough whatever the largest distance:
     /// surfaces that lie in each other need not be told apart to the last bit.
     double sufficient = 0.0;
+    /// Whether the mean is wanted: without it much less is computed of points that are nearer than
+    /// others.
+    bool mean = true;
     /// Pieces looked at for the bound before it is left as loose as it is.
     std::int64_t max_pieces = 20'000'000;
 };
@@ -23,7 +26,7 @@ struct DistanceOptions {
 struct OneSidedDistance {
     /// Largest distance of the sampled points and all vertices: never above the true one.
     double max = 0.0;
-    /// Mean over the surface, by area, of the sampled points.
+    /// Mean over the surface, by area, of the sampled points; zero if it was not wanted.
     double mean = 0.0;
     /// No point of the surface is farther away than this, up to rounding of the distances
     /// themselves (some 1e-15 of the coordinates). Infinity if no bound was sought.

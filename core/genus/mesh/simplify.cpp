@@ -302,6 +302,7 @@ void compare(const IndexedMesh& mesh, const SimplifyOptions& options, Simplified
     constexpr double kSamples = 20'000;
     if (surface > 0.0) distance.density = kSamples / surface;
     distance.precision = options.certify ? 0.05 : 0.0;
+    distance.mean = false;
     distance.sufficient = std::min(0.25 * options.tolerance, 1e-3 * size);
     const MeshDistance d = mesh_distance(mesh, out.mesh, distance);
     out.measured = d.max;

@@ -94,6 +94,12 @@ TEST(MeshDistance, BoundHoldsForRandomMeshes)
         EXPECT_EQ(s.bound, std::numeric_limits<double>::infinity());
         EXPECT_GE(d.bound, d.max);
         EXPECT_LE(d.bound, d.max * (1.01 + 1e-12));
+        // What is left out where no mean is wanted changes neither maxima nor bounds.
+        dense.mean = coarse.mean = false;
+        EXPECT_EQ(mesh_distance(a, b, dense).max, s.max);
+        EXPECT_EQ(mesh_distance(a, b, dense).mean, 0);
+        EXPECT_EQ(mesh_distance(a, b, coarse).max, d.max);
+        EXPECT_EQ(mesh_distance(a, b, coarse).bound, d.bound);
     }
 }
 
