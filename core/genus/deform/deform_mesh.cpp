@@ -26,17 +26,23 @@ std::uint64_t key_of(std::int32_t a, std::int32_t b)
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
 }
 
-// Triangles whose sides are split all at once, by a point each.
+// Triangles whose sides are split all at once, by a point each. Points that belong to the vertices,
+// if there are any, are split alike.
 class Splitter {
 public:
-    explicit Splitter(IndexedMesh& mesh) : mesh_(mesh) {}
+    explicit Splitter(IndexedMesh& mesh, std::vector<Vec3>* images = nullptr)
+        : mesh_(mesh), images_(images)
+    {
+    }
 
-    void mark(std::int32_t a, std::int32_t b, const Vec3& p)
+    // `share`: of the way from a to b.
+    void mark(std::int32_t a, std::int32_t b, double share)
     {
         const auto [place, added] = points_.emplace(key_of(a, b), 0);
         if (!added) return;
         place->second = static_cast<std::int32_t>(mesh_.vertices.size());
-        mesh_.vertices.push_back(p);
+        add_point(mesh_.vertices, a, b, share);
+        if (images_) add_point(*images_, a, b, share);
     }
     bool any() const { return !points_.empty(); }
 
@@ -50,6 +56,11 @@ public:
     }
 
 private:
+    static void add_point(std::vector<Vec3>& points, std::int32_t a, std::int32_t b, double share)
+    {
+        points.push_back(points[at(a)] * (1.0 - share) + points[at(b)] * share);
+    }
+
     std::int32_t point(std::int32_t a, std::int32_t b) const
     {
         const auto place = points_.find(key_of(a, b));
@@ -100,6 +111,7 @@ private:
     }
 
     IndexedMesh& mesh_;
+    std::vector<Vec3>* images_;
     std::unordered_map<std::uint64_t, std::int32_t> points_;
 };
 
@@ -173,20 +185,19 @@ private:
 };
 
 // Cuts all triangles where coordinate `axis` of (s, t, u) is `value`.
-void cut(IndexedMesh& mesh, const Lattice& lattice, int axis, double value)
+void cut(IndexedMesh& mesh, std::vector<Vec3>* images, const Lattice& lattice, int axis,
+         double value)
 {
     std::vector<double> side;
     for (const Vec3& p : mesh.vertices) side.push_back(lattice.local(p)[at(axis)] - value);
-    Splitter splitter(mesh);
+    Splitter splitter(mesh, images);
     for (const Triangle& t : mesh.faces)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::int32_t a = std::min(t[k], t[(k + 1) % 3]),
                                b = std::max(t[k], t[(k + 1) % 3]);
             const double x = side[at(a)], y = side[at(b)];
             if (!(x * y < 0.0)) continue;
-            const double share = x / (x - y);
-            splitter.mark(a, b,
-                          mesh.vertices[at(a)] * (1.0 - share) + mesh.vertices[at(b)] * share);
+            splitter.mark(a, b, x / (x - y));
         }
     splitter.run();
 }
@@ -198,7 +209,7 @@ bool inside(const Lattice& lattice, const Vec3& p)
 
 // Kinks: the border where it only holds together, and knots. Returns whether some of the mesh is
 // outside.
-void cut_at_kinks(IndexedMesh& mesh, const Lattice& lattice)
+void cut_at_kinks(IndexedMesh& mesh, std::vector<Vec3>* images, const Lattice& lattice)
 {
     const bool all_inside = std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
                                         [&](const Vec3& p) { return inside(lattice, p); });
@@ -208,8 +219,8 @@ void cut_at_kinks(IndexedMesh& mesh, const Lattice& lattice)
             "(leave the outer control points in place, or let the lattice hold all of it)");
     for (int axis = 0; axis < 3; ++axis) {
         if (!all_inside && continuity < 1)
-            for (const double border : {0.0, 1.0}) cut(mesh, lattice, axis, border);
-        for (const double knot : lattice.kinks(axis)) cut(mesh, lattice, axis, knot);
+            for (const double border : {0.0, 1.0}) cut(mesh, images, lattice, axis, border);
+        for (const double knot : lattice.kinks(axis)) cut(mesh, images, lattice, axis, knot);
     }
 }
 
@@ -232,7 +243,7 @@ DeformedMesh deformed_within(IndexedMesh mesh, const Lattice& lattice, double to
     if (tolerance <= rounding)
         throw ToleranceNotMet("deform: tolerance " + to_text(tolerance) + " is below rounding",
                               tolerance, rounding, {});
-    cut_at_kinks(mesh, lattice);
+    cut_at_kinks(mesh, nullptr, lattice);
     const ImageError error(lattice);
     DeformedMesh result;
     for (;;) {
@@ -247,7 +258,7 @@ DeformedMesh deformed_within(IndexedMesh mesh, const Lattice& lattice, double to
             result.bound = std::max(result.bound, e);
             if (e <= tolerance - rounding) continue;
             const std::int32_t a = t[at(side)], b = t[at((side + 1) % 3)];
-            splitter.mark(a, b, 0.5 * (mesh.vertices[at(a)] + mesh.vertices[at(b)]));
+            splitter.mark(a, b, 0.5);
         }
         if (!splitter.any()) break;
         splitter.run();
@@ -263,6 +274,27 @@ DeformedMesh deformed_within(IndexedMesh mesh, const Lattice& lattice, double to
     }
     result.bound += rounding;
     return result;
+}
+
+double image_deviation(IndexedMesh source, std::vector<Vec3> images, const Lattice& lattice)
+{
+    require(images.size() == source.n_vertices(), "image_deviation: one image for each vertex");
+    // Between the points of a cut the images are flat still, and the map has no kink.
+    cut_at_kinks(source, &images, lattice);
+    const ImageError error(lattice);
+    std::vector<double> gap(images.size());
+    for (std::size_t v = 0; v < gap.size(); ++v)
+        gap[v] = distance(lattice.apply(source.vertices[v]), images[v]);
+    double largest = 0.0;
+    for (const Triangle& t : source.faces) {
+        current_progress().check();
+        int side = 0;
+        const double e = error.of(
+            {source.vertices[at(t[0])], source.vertices[at(t[1])], source.vertices[at(t[2])]},
+            side);
+        largest = std::max(largest, e + std::max({gap[at(t[0])], gap[at(t[1])], gap[at(t[2])]}));
+    }
+    return largest + 2.0 * lattice.rounding();
 }
 
 }  // namespace genus

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "genus/deform/ffd.h"
 #include "genus/mesh/indexed_mesh.h"
@@ -28,5 +29,12 @@ struct DeformedMesh {
 /// Implements [filip1986] (the bound, for a map of space).
 DeformedMesh deformed_within(IndexedMesh mesh, const Lattice& lattice, double tolerance,
                              std::int64_t max_triangles);
+
+/// How far a mesh may be at most from the exact image of another with the same faces: `images` are
+/// its vertices, given for those of `source`, which need not be where the map takes these. Proven,
+/// from the distance of both at the vertices and the second derivatives of the map between them.
+///
+/// Throws as deformed_within where the lattice tears the mesh. O(triangles).
+double image_deviation(IndexedMesh source, std::vector<Vec3> images, const Lattice& lattice);
 
 }  // namespace genus

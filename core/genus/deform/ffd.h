@@ -127,6 +127,13 @@ public:
     /// boxes that are halved until they agree in sign. `max_boxes` bounds the work.
     FoldReport folds(int max_boxes = 20000) const;
 
+    /// True if it is proven that no two points of a box of space are taken to one place: halves of
+    /// the box are compared, and halves of these, until their images are apart, or all differences
+    /// of the map over the hull of both are matrices about one that can be inverted. False means
+    /// that it is not so, or that `max_pairs` did not suffice. With a border that rests, no folds
+    /// are enough: then the lattice maps its box onto itself.
+    bool one_to_one(const Box3& x, int max_pairs = 20000) const;
+
     /// The point that the deformation takes to y: Newton's method from y, then from boxes whose
     /// hull of control points holds y; existence and uniqueness nearby by Krawczyk's test.
     /// Of several solutions (a folded lattice) one is returned. Points that no point of the
