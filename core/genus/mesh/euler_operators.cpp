@@ -196,6 +196,14 @@ void HalfedgeMesh::flip_edge(Halfedge h)
     set_loop({o, db, bc}, g);
 }
 
+// So many at least.
+bool HalfedgeMesh::has_edges(Vertex v, int n) const
+{
+    for ([[maybe_unused]] const Halfedge h : outgoing(v))
+        if (--n == 0) return true;
+    return false;
+}
+
 bool HalfedgeMesh::can_collapse_edge(Halfedge h) const
 {
     const Halfedge o = opposite(h);
@@ -207,7 +215,7 @@ bool HalfedgeMesh::can_collapse_edge(Halfedge h) const
         // The edges to the third corner become one: enough others must be left there.
         if (is_triangle(side)) {
             const Vertex c = to(next(side));
-            if (valence(c) < (is_boundary(c) ? 3 : 4)) return false;
+            if (!has_edges(c, is_boundary(c) ? 3 : 4)) return false;
             ++third_corners;
         }
         // A hole of three sides would vanish.
@@ -215,7 +223,7 @@ bool HalfedgeMesh::can_collapse_edge(Halfedge h) const
     }
     std::size_t common = 0;
     for (const Halfedge x : outgoing(a)) {
-        common += find(to(x), b).valid();
+        common += find(b, to(x)).valid();
         // No other face may have both ends as corners.
         if (is_boundary(x) || face(x) == face(h) || face(x) == face(o)) continue;
         for (const Halfedge y : around(face(x)))
@@ -240,10 +248,16 @@ void HalfedgeMesh::close_digon(Halfedge h)
 
 void HalfedgeMesh::collapse_edge(Halfedge h)
 {
-    if (!can_collapse_edge(h)) refuse("collapse_edge", h, "the link condition does not hold");
+    if (!try_collapse_edge(h)) refuse("collapse_edge", h, "the link condition does not hold");
+}
+
+bool HalfedgeMesh::try_collapse_edge(Halfedge h)
+{
+    if (!can_collapse_edge(h)) return false;
     const Halfedge o = opposite(h);
     const Vertex a = from(h), b = to(h);
     std::vector<Halfedge> leaving;  // b afterwards
+    leaving.reserve(16);
     for (const Halfedge x : outgoing(a)) leaving.push_back(x);
     for (const Halfedge x : leaving) to_[opposite(x).index] = b.index;
     for (const Halfedge x : outgoing(b)) leaving.push_back(x);
@@ -262,6 +276,7 @@ void HalfedgeMesh::collapse_edge(Halfedge h)
     for (const Halfedge x : leaving)
         if (is_alive(x) && (!halfedge(b).valid() || is_boundary(x)))
             vertex_halfedge_[b.index] = x.index;
+    return true;
 }
 
 // ---- numbers ----------------------------------------------------------------------------------

@@ -163,6 +163,8 @@ public:
     /// the ends have no common neighbours but the third corners of those triangles. O(valence).
     void collapse_edge(Halfedge h);
     bool can_collapse_edge(Halfedge h) const;
+    /// The same where it is allowed, else false.
+    bool try_collapse_edge(Halfedge h);
 
     /// Gives the elements that are alive the numbers 0, 1, 2, ... in their order.
     void compact();
@@ -208,6 +210,7 @@ private:
     void remove_edge(Halfedge h);
     void remove_face(Face f);
     void close_digon(Halfedge h);
+    bool has_edges(Vertex v, int n) const;
     bool is_triangle(Halfedge h) const { return !is_boundary(h) && next(next(next(h))) == h; }
 
     std::vector<Vec3> points_;

@@ -128,9 +128,10 @@ public:
     // Points relative to `origin`, so that a mesh far out loses nothing.
     Simplifier(const HalfedgeMesh& mesh, const Vec3& origin) : mesh_(mesh)
     {
-        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) mesh_.point(Vertex(v)) -= origin;
+        vertices_.resize(mesh_.vertex_slots());
+        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v)
+            vertices_[v].point = mesh_.point(Vertex(v)) - origin;
         gather_quadrics();
-        versions_.assign(mesh_.vertex_slots(), 0);
         queued_.assign(mesh_.halfedge_slots(), 0);
         for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
             if (const Halfedge h(i); h < mesh_.opposite(h)) push(h);
@@ -164,7 +165,7 @@ public:
         for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) {
             if (!mesh_.is_alive(Vertex(v)) || !mesh_.halfedge(Vertex(v)).valid()) continue;
             number[v] = static_cast<std::int32_t>(out.n_vertices());
-            out.vertices.push_back(mesh_.point(Vertex(v)) + origin);
+            out.vertices.push_back(vertices_[v].point + origin);
         }
         for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
             if (!mesh_.is_alive(Face(f))) continue;
@@ -176,6 +177,18 @@ public:
     }
 
 private:
+    // What an edge needs to know of an end, together in memory.
+    struct VertexData {
+        Quadric quadric;
+        Vec3 point;
+        std::int32_t version = 0;
+    };
+
+    VertexData& from(Halfedge h) { return vertices_[mesh_.from(h).index]; }
+    VertexData& to(Halfedge h) { return vertices_[mesh_.to(h).index]; }
+    const VertexData& from(Halfedge h) const { return vertices_[mesh_.from(h).index]; }
+    const VertexData& to(Halfedge h) const { return vertices_[mesh_.to(h).index]; }
+
     Vec3 area_vector(const Vec3& a, const Vec3& b, const Vec3& c) const
     {
         return cross(b - a, c - a);
@@ -183,17 +196,16 @@ private:
 
     void gather_quadrics()
     {
-        quadrics_.assign(mesh_.vertex_slots(), {});
         for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
             std::array<Vertex, 3> v;
             std::size_t i = 0;
             for (const Halfedge h : mesh_.around(Face(f))) v[i++] = mesh_.from(h);
-            const Vec3& a = mesh_.point(v[0]);
-            const Vec3 n = area_vector(a, mesh_.point(v[1]), mesh_.point(v[2]));
+            const Vec3& a = vertices_[v[0].index].point;
+            const Vec3 n = area_vector(a, vertices_[v[1].index].point, vertices_[v[2].index].point);
             const double area = norm(n);
             if (!(area > 0.0)) continue;
             const Quadric q = Quadric::of_plane(n / area, a, area);
-            for (const Vertex corner : v) quadrics_[corner.index] += q;
+            for (const Vertex corner : v) vertices_[corner.index].quadric += q;
         }
         for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
             if (mesh_.is_boundary(Halfedge(i))) add_border_plane(mesh_.opposite(Halfedge(i)));
@@ -202,18 +214,18 @@ private:
     // The plane through a boundary edge at a right angle to its face.
     void add_border_plane(Halfedge h)
     {
-        const Vec3 &a = mesh_.point(mesh_.from(h)), &b = mesh_.point(mesh_.to(h));
-        const Vec3 n = area_vector(a, b, mesh_.point(mesh_.to(mesh_.next(h))));
+        const Vec3 &a = from(h).point, &b = to(h).point;
+        const Vec3 n = area_vector(a, b, to(mesh_.next(h)).point);
         const Vec3 across = cross(b - a, n);
         if (!(norm(across) > 0.0)) return;
         const Quadric q = Quadric::of_plane(normalized(across), a, dot(b - a, b - a));
-        quadrics_[mesh_.from(h).index] += q;
-        quadrics_[mesh_.to(h).index] += q;
+        from(h).quadric += q;
+        to(h).quadric += q;
     }
 
     Vec3 place(Halfedge h, const Quadric& q) const
     {
-        const Vec3 &a = mesh_.point(mesh_.from(h)), &b = mesh_.point(mesh_.to(h));
+        const Vec3 &a = from(h).point, &b = to(h).point;
         if (const std::optional<Vec3> p = q.least()) {
             // Far off the edge the quadric knows nothing of the surface.
             const Vec3 middle = 0.5 * a + 0.5 * b;
@@ -227,8 +239,8 @@ private:
 
     Quadric sum(Halfedge h) const
     {
-        Quadric q = quadrics_[mesh_.from(h).index];
-        q += quadrics_[mesh_.to(h).index];
+        Quadric q = from(h).quadric;
+        q += to(h).quadric;
         return q;
     }
 
@@ -246,8 +258,9 @@ private:
             if (mesh_.is_boundary(x)) continue;
             const Face f = mesh_.face(x);
             if (f == mesh_.face(h) || f == mesh_.face(mesh_.opposite(h))) continue;
-            const Vec3 &b = mesh_.point(mesh_.to(x)), &c = mesh_.point(mesh_.to(mesh_.next(x)));
-            const Vec3 before = area_vector(mesh_.point(v), b, c), after = area_vector(p, b, c);
+            const Vec3 &b = to(x).point, &c = to(mesh_.next(x)).point;
+            const Vec3 before = area_vector(vertices_[v.index].point, b, c),
+                       after = area_vector(p, b, c);
             const double before2 = dot(before, before), after2 = dot(after, after);
             if (!(after2 > 0.0)) return false;
             const double cosine = dot(before, after);
@@ -263,12 +276,9 @@ private:
         const Quadric q = sum(h);
         const Vec3 p = place(h, q);
         const Vertex kept = mesh_.to(h);
-        if (!mesh_.can_collapse_edge(h)) return;
         if (!faces_stay(mesh_.from(h), h, p) || !faces_stay(kept, h, p)) return;
-        mesh_.collapse_edge(h);
-        mesh_.point(kept) = p;
-        quadrics_[kept.index] = q;
-        versions_[kept.index] = ++last_version_;
+        if (!mesh_.try_collapse_edge(h)) return;
+        vertices_[kept.index] = {q, p, ++last_version_};
         for (const Halfedge x : mesh_.outgoing(kept)) {
             // An edge that was two may have lost the entries of both.
             if (!queued_[x.index] && !queued_[mesh_.opposite(x).index]) push(x);
@@ -282,14 +292,10 @@ private:
     }
 
     // Grows whenever an end of the edge changes.
-    std::int32_t stamp(Halfedge h) const
-    {
-        return versions_[mesh_.from(h).index] + versions_[mesh_.to(h).index];
-    }
+    std::int32_t stamp(Halfedge h) const { return from(h).version + to(h).version; }
 
     HalfedgeMesh mesh_;
-    std::vector<Quadric> quadrics_;
-    std::vector<std::int32_t> versions_;  // by vertex
+    std::vector<VertexData> vertices_;
     std::int32_t last_version_ = 0;
     std::vector<std::uint8_t> queued_;  // by halfedge
     CandidateQueue queue_;
