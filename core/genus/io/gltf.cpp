@@ -98,7 +98,8 @@ Parts split_binary(std::span<const std::byte> content, const std::string& name)
     return parts;
 }
 
-// Numbers in a buffer, `components` together, one such group every `stride` bytes.
+// Numbers in a buffer, `components` together, one such group every `stride` bytes. A sparse one has
+// other values for some groups, and zeros where it has no data besides.
 struct Accessor {
     const std::byte* data = nullptr;
     std::size_t count = 0;
@@ -106,24 +107,48 @@ struct Accessor {
     std::uint64_t type = 0;
     std::size_t components = 0;
     bool normalized = false;
+    std::vector<std::size_t> replaced;  // ascending
+    const std::byte* values = nullptr;  // in their place, close together
 
     double number(std::size_t i, std::size_t component) const
     {
-        const std::byte* p = data + i * stride;
+        const std::byte* group = data ? data + i * stride : nullptr;
+        const auto at = std::lower_bound(replaced.begin(), replaced.end(), i);
+        if (at != replaced.end() && *at == i)
+            group = values + static_cast<std::size_t>(at - replaced.begin()) * group_size();
+        return group ? number_at(group, component) : 0.0;
+    }
+
+    std::size_t group_size() const;
+
+private:
+    template <class T>
+    static double value_at(const std::byte* group, std::size_t component)
+    {
+        return static_cast<double>(load<T>(group + sizeof(T) * component, std::endian::little));
+    }
+
+    double number_at(const std::byte* group, std::size_t component) const
+    {
         switch (type) {
-            case 5121: {
-                const auto value = load<std::uint8_t>(p + component, std::endian::little);
-                return normalized ? value / 255.0 : value;
-            }
-            case 5123: {
-                const auto value = load<std::uint16_t>(p + 2 * component, std::endian::little);
-                return normalized ? value / 65535.0 : value;
-            }
+            case 5120:
+                return scaled(value_at<std::int8_t>(group, component), 127.0);
+            case 5121:
+                return scaled(value_at<std::uint8_t>(group, component), 255.0);
+            case 5122:
+                return scaled(value_at<std::int16_t>(group, component), 32767.0);
+            case 5123:
+                return scaled(value_at<std::uint16_t>(group, component), 65535.0);
             case 5125:
-                return load<std::uint32_t>(p + 4 * component, std::endian::little);
+                return value_at<std::uint32_t>(group, component);
             default:
-                return load<float>(p + 4 * component, std::endian::little);
+                return value_at<float>(group, component);
         }
+    }
+
+    double scaled(double value, double largest) const
+    {
+        return normalized ? std::max(value / largest, -1.0) : value;
     }
 };
 
@@ -142,6 +167,11 @@ std::size_t component_size(std::uint64_t type)
         default:
             return 0;
     }
+}
+
+std::size_t Accessor::group_size() const
+{
+    return component_size(type) * components;
 }
 
 class Reader {
@@ -197,12 +227,12 @@ private:
                 fail(extension, "the glTF extension " + extension.string() + " is not read");
     }
 
-    // Extensions that do not change where the triangles are.
+    // Extensions that do not change where the triangles are, or are read.
     static bool is_harmless(const std::string& extension)
     {
         return extension.starts_with("KHR_materials_") || extension == "KHR_texture_transform" ||
                extension == "KHR_texture_basisu" || extension == "EXT_texture_webp" ||
-               extension == "KHR_lights_punctual";
+               extension == "KHR_lights_punctual" || extension == "KHR_mesh_quantization";
     }
 
     static JsonValue need(const JsonValue& object, std::string_view key)
@@ -337,8 +367,9 @@ private:
     std::vector<Vec3> read_points(const JsonValue& reference)
     {
         const Accessor accessor = read_accessor(reference);
-        if (accessor.components != 3 || accessor.type != 5126)
-            fail(reference, "positions must be vectors of three 4-byte numbers");
+        // Whole numbers by KHR_mesh_quantization.
+        if (accessor.components != 3 || accessor.type == 5125)
+            fail(reference, "positions must be vectors of three numbers of a type for positions");
         std::vector<Vec3> points(accessor.count);
         for (std::size_t i = 0; i < points.size(); ++i)
             for (std::size_t k = 0; k < 3; ++k) points[i][k] = accessor.number(i, k);
@@ -415,30 +446,63 @@ private:
     Accessor read_accessor(const JsonValue& reference)
     {
         const JsonValue object = accessors_[checked_index(reference, accessors_, "accessor")];
-        if (const JsonValue sparse = object["sparse"])
-            fail(sparse, "sparse accessors are not read");
         Accessor accessor;
         accessor.type = need(object, "componentType").index();
-        const std::size_t size = component_size(accessor.type);
-        if (size == 0) fail(object, "a wrong componentType");
+        if (component_size(accessor.type) == 0) fail(object, "a wrong componentType");
         accessor.components = component_count(need(object, "type"));
         accessor.count = need(object, "count").index();
         if (const JsonValue normalized = object["normalized"])
             accessor.normalized = normalized.boolean();
+        const JsonValue sparse = object["sparse"];
+        if (!sparse || object["bufferView"]) {
+            std::tie(accessor.data, accessor.stride) =
+                read_groups(object, accessor.group_size(), accessor.count);
+        } else if (accessor.count > file_bytes_) {
+            fail(object, "an accessor without data is longer than the file");
+        }
+        if (sparse) read_replaced(sparse, accessor);
+        return accessor;
+    }
+
+    // Where `count` groups begin, and how far from each other.
+    std::pair<const std::byte*, std::size_t> read_groups(const JsonValue& object, std::size_t group,
+                                                         std::size_t count)
+    {
         const JsonValue view_reference = need(object, "bufferView");
         const JsonValue view = views_[checked_index(view_reference, views_, "bufferView")];
         const std::span<const std::byte> bytes = view_bytes(view);
-        const std::size_t group = size * accessor.components;
-        accessor.stride = optional_index(view, "byteStride", group);
+        const std::size_t stride = optional_index(view, "byteStride", group);
         const std::size_t offset = optional_index(object, "byteOffset", 0);
-        if (accessor.stride < group || accessor.stride > 255) fail(view, "a wrong byteStride");
+        if (stride < group || stride > 255) fail(view, "a wrong byteStride");
         // Written so that nothing overflows: (count - 1) * stride + group bytes are needed.
-        if (accessor.count > 0 &&
-            (offset > bytes.size() || bytes.size() - offset < group ||
-             accessor.count - 1 > (bytes.size() - offset - group) / accessor.stride))
+        if (count > 0 && (offset > bytes.size() || bytes.size() - offset < group ||
+                          count - 1 > (bytes.size() - offset - group) / stride))
             fail(object, "an accessor reaches beyond its data");
-        accessor.data = bytes.data() + (accessor.count > 0 ? offset : 0);
-        return accessor;
+        return {bytes.data() + (count > 0 ? offset : 0), stride};
+    }
+
+    void read_replaced(const JsonValue& sparse, Accessor& accessor)
+    {
+        const JsonValue where = need(sparse, "indices"), values = need(sparse, "values");
+        Accessor indices;
+        indices.count = need(sparse, "count").index();
+        indices.type = need(where, "componentType").index();
+        indices.components = 1;
+        if (indices.type != 5121 && indices.type != 5123 && indices.type != 5125)
+            fail(where, "indices must be single whole numbers");
+        std::tie(indices.data, indices.stride) =
+            read_groups(where, indices.group_size(), indices.count);
+        std::size_t stride = 0;
+        std::tie(accessor.values, stride) =
+            read_groups(values, accessor.group_size(), indices.count);
+        if (stride != accessor.group_size()) fail(values, "a wrong byteStride");
+        for (std::size_t i = 0; i < indices.count; ++i) {
+            const auto at = static_cast<std::size_t>(indices.number(i, 0));
+            const bool ascending = accessor.replaced.empty() || accessor.replaced.back() < at;
+            if (!ascending || at >= accessor.count)
+                fail(where, "indices of a sparse accessor must ascend within its count");
+            accessor.replaced.push_back(at);
+        }
     }
 
     static std::size_t component_count(const JsonValue& type)

@@ -137,6 +137,66 @@ TEST(Gltf, ReadsIndicesOfEveryType)
     }
 }
 
+TEST(Gltf, ReadsSparseAccessors)
+{
+    // Point 3 is moved; the same on zeros, of which three points remain.
+    const std::string data = kSquare + std::string("\3\0\0\0", 4) + floats({5, 6, 7});
+    const std::string members =
+        R"("componentType":5126,"count":4,"type":"VEC3","sparse":{"count":1,"indices":{)"
+        R"("bufferView":0,"byteOffset":48,"componentType":5121},"values":{"bufferView":0,)"
+        R"("byteOffset":52}}})";
+    const std::string strip =
+        R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)"
+        R"({"attributes":{"POSITION":1},"mode":5}]}])";
+    const IndexedMesh moved = read(gltf(strip, data, R"(,{"bufferView":0,)" + members));
+    ASSERT_EQ(moved.n_vertices(), 4u);
+    EXPECT_EQ(moved.vertices[2], (Vec3{{0, 1, 0}}));
+    EXPECT_EQ(moved.vertices[3], (Vec3{{5, 6, 7}}));
+    const IndexedMesh on_zeros = read(gltf(strip, data, ",{" + members));
+    ASSERT_EQ(on_zeros.n_vertices(), 2u);
+    EXPECT_EQ(on_zeros.vertices[1], (Vec3{{5, 6, 7}}));
+}
+
+TEST(Gltf, ReadsQuantizedPositionsOneBehindTheOther)
+{
+    // Three vectors of three, each padded to a multiple of four bytes.
+    struct Case {
+        int type, stride;
+        bool normalized;
+        std::string bytes;
+        Vec3 second;
+    };
+    const std::string none(8, '\0');
+    for (const Case& c :
+         {Case{5120, 4, false, std::string("\0\0\0\0\x80\x7f\1\0\1\0\0\0", 12), {{-128, 127, 1}}},
+          Case{5120, 4, true, std::string("\0\0\0\0\x80\x7f\0\0\1\0\0\0", 12), {{-1, 1, 0}}},
+          Case{5121, 4, true, std::string("\0\0\0\0\xff\0\x33\0\1\0\0\0", 12), {{1, 0, 0.2}}},
+          Case{5122,
+               8,
+               true,
+               none + std::string("\1\x80\xff\x7f\0\0\0\0\1\0\0\0\0\0\0\0", 16),
+               {{-1, 1, 0}}},
+          Case{5123,
+               8,
+               false,
+               none + std::string("\0\1\2\0\xff\xff\0\0\1\0\0\0\0\0\0\0", 16),
+               {{256, 2, 65535}}}}) {
+        SCOPED_TRACE(c.type);
+        const std::string text =
+            R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],)"
+            R"("buffers":[{"byteLength":)" +
+            std::to_string(c.bytes.size()) + R"(,"uri":"data:;base64,)" +
+            io::base64_encoded(c.bytes) + R"("}],"bufferViews":[{"buffer":0,"byteLength":)" +
+            std::to_string(c.bytes.size()) + R"(,"byteStride":)" + std::to_string(c.stride) +
+            R"(}],"accessors":[{"bufferView":0,"componentType":)" + std::to_string(c.type) +
+            R"(,"normalized":)" + (c.normalized ? "true" : "false") +
+            R"(,"count":3,"type":"VEC3"}],)" + one_primitive("") + "}";
+        const IndexedMesh mesh = read(text);
+        ASSERT_EQ(mesh.n_vertices(), 3u);
+        EXPECT_EQ(mesh.vertices[1], c.second);
+    }
+}
+
 TEST(Gltf, PlacesNodesByTheirMaps)
 {
     // A quarter turn about z, then to twice the size, moved by (5, 0, 0), all of it mirrored.
@@ -221,7 +281,8 @@ TEST(Gltf, BoundsWhatASmallFileCanAskFor)
     std::string roots = "0";
     for (int i = 1; i < 100'000; ++i) {
         nodes += ",{\"mesh\":0}";
-        roots += "," + std::to_string(i);
+        roots += ',';
+        roots += std::to_string(i);
     }
     const std::string members = R"("scenes":[{"nodes":[)" + roots + R"(]}],"nodes":[)" + nodes +
                                 R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":1}}]}])";
@@ -249,7 +310,16 @@ TEST(Gltf, NamesMistakes)
     expect_error(accessor(usual + "4503599627370496"), "beyond its data");
     expect_error(accessor(usual + R"(3,"byteOffset":9007199254740992)"), "beyond its data");
     expect_error(accessor(usual + "-3"), "whole number");
-    expect_error(accessor(usual + R"(1,"sparse":{})"), "sparse");
+    expect_error(accessor(usual + R"(1,"sparse":{})"), "'indices' is missing");
+    const auto sparse = [&](const std::string& members, const std::string& count) {
+        return accessor(R"("componentType":5125,"type":"SCALAR","count":)" + count +
+                        R"(,"sparse":{"values":{"bufferView":0},"indices":{"bufferView":0,)" +
+                        members + "}");
+    };
+    expect_error(sparse(R"("componentType":5125},"count":2)", "3"), "ascend");
+    expect_error(sparse(R"("componentType":5121},"count":13)", "3"), "beyond its data");
+    expect_error(sparse(R"("componentType":5126},"count":1)", "3"), "whole numbers");
+    expect_error(sparse(R"("componentType":5125},"count":1)", "3000000"), "longer than the file");
     expect_error(accessor(usual + "1"), "no multiple of three");
     expect_error(accessor(R"("bufferView":0,"componentType":5126,"type":"SCALAR","count":3)"),
                  "single whole numbers");
