@@ -1,10 +1,11 @@
-"""Meshes in genus and in peers from PyPI, side by side in one run, with ratios.
+"""Meshes in genus and in its peers, side by side in one run, with ratios.
 
     python tests/bench/mesh.py [--triangles N] [--points N] [--only WORD] [--json FILE]
 
 Times are CPU seconds of the process, all threads added, best of three; a ratio above 1 means that
-genus is faster. Peers that are not installed are left out and named: trimesh, libigl (igl),
-openmesh, fast-simplification, mapbox-earcut, triangle, cgal.
+genus is faster. Peers that are not installed are left out and named. From PyPI: trimesh, libigl
+(igl), fast-simplification, mapbox-earcut, triangle, cgal. In C++, by mesh_peers.cpp, which is
+compiled where a compiler finds their headers: OpenMesh, CGAL.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import importlib
 import json
 import math
 import os
+import shutil
+import subprocess
 import sys
 import tempfile
 import time
@@ -25,7 +28,13 @@ import genus
 import numpy as np
 from genus.report.table import columns
 
-PEERS = ("trimesh", "igl", "openmesh", "fast_simplification", "mapbox_earcut", "triangle", "CGAL")
+PEERS = ("trimesh", "igl", "fast_simplification", "mapbox_earcut", "triangle", "CGAL")
+# In C++: a header by which they are found, and what to link.
+NATIVE_PEERS = {
+    "openmesh": ("OpenMesh/Core/Mesh/Handles.hh", ["-lOpenMeshCore"]),
+    "cgal": ("CGAL/version.h", ["-lgmp", "-lmpfr"]),
+}
+Seconds = float  # a peer that took its own time
 
 
 def installed(name: str) -> Any:
@@ -46,6 +55,55 @@ def cpu_seconds(call: Callable[[], Any], repeats: int = 3) -> float:
     return min(times)
 
 
+class NativePeers:
+    """OpenMesh and CGAL, in a program of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        """Compiled into a folder; `names` are those that are there."""
+        self.compiler = os.environ.get("CXX") or shutil.which("c++")
+        self.program, self.folder = folder / "mesh_peers", folder
+        self.names = [n for n, (header, _) in NATIVE_PEERS.items() if self.finds(header)]
+        if not self.names:
+            return
+        source = Path(__file__).with_name("mesh_peers.cpp")
+        libraries = [flag for name in self.names for flag in NATIVE_PEERS[name][1]]
+        print(f"compiling {source.name} for {', '.join(self.names)}", file=sys.stderr)
+        subprocess.run(
+            [self.compiler, "-std=c++17", "-O3", "-DNDEBUG", "-w", source, "-o", self.program]
+            + libraries,
+            check=True,
+        )
+
+    def finds(self, header: str) -> bool:
+        """Whether the compiler finds it."""
+        if self.compiler is None:
+            return False
+        text = f"#include <{header}>\n".encode()
+        command = [self.compiler, "-xc++", "-std=c++17", "-fsyntax-only", "-"]
+        return subprocess.run(command, input=text, capture_output=True).returncode == 0
+
+    def run(self, *args: str | Path) -> dict[str, dict[str, float]]:
+        """Numbers by peer and name."""
+        out: dict[str, dict[str, float]] = {name: {} for name in self.names}
+        if self.names:
+            done = subprocess.run(
+                [self.program, *args], check=True, capture_output=True, text=True, cwd=self.folder
+            )
+            for line in done.stdout.splitlines():
+                peer, what, number = line.split()
+                out[peer][what] = float(number)
+        return out
+
+    def soup(self, points: np.ndarray, faces: np.ndarray) -> Path:
+        """A file that the program reads."""
+        path = self.folder / "soup.bin"
+        with path.open("wb") as file:
+            file.write(np.array([len(points), len(faces)], np.int64).tobytes())
+            file.write(np.ascontiguousarray(points, np.float64).tobytes())
+            file.write(np.ascontiguousarray(faces, np.int32).tobytes())
+        return path
+
+
 class Table:
     """Rows of one piece of work each, with the seconds of everybody who can do it."""
 
@@ -53,8 +111,10 @@ class Table:
         """Rows whose name has `only` in it."""
         self.only, self.rows = only, []
 
-    def row(self, work: str, calls: dict[str, Callable[[], Any] | None], size: float = 0) -> None:
-        """`size` in MB gives a speed as well."""
+    def row(
+        self, work: str, calls: dict[str, Callable[[], Any] | Seconds | None], size: float = 0
+    ) -> None:
+        """Calls, or seconds measured elsewhere; `size` in MB gives a speed as well."""
         if self.only not in work:
             return
         seconds = {}
@@ -62,7 +122,7 @@ class Table:
             if call is None:
                 continue
             try:
-                seconds[name] = cpu_seconds(call)
+                seconds[name] = call if isinstance(call, float) else cpu_seconds(call)
             except Exception as error:  # a peer that fails is part of the answer
                 if name == "genus":
                     raise
@@ -88,10 +148,13 @@ def sphere(triangles: int) -> genus.Mesh:
     return genus.icosphere(r=10, parts=max(1, round(math.sqrt(triangles / 20))))
 
 
-def structure(table: Table, mesh: genus.Mesh) -> None:
+def structure(table: Table, mesh: genus.Mesh, native: NativePeers) -> None:
     """Halfedges, one-rings, bytes, adjacency."""
-    trimesh, igl, openmesh = (installed(n) for n in ("trimesh", "igl", "openmesh"))
+    if table.only not in "halfedges of one-ring sums of positions bytes a vertex":
+        return
+    trimesh, igl = installed("trimesh"), installed("igl")
     v, f = np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
+    theirs = native.run("mesh", native.soup(v, f))
     n = f"{len(mesh) / 1e6:.1f}M triangles"
     table.row(
         f"halfedges of {n}",
@@ -101,7 +164,7 @@ def structure(table: Table, mesh: genus.Mesh) -> None:
             "trimesh face_adjacency": trimesh
             and (lambda: trimesh.Trimesh(v, f, process=False).face_adjacency),
             "igl triangle_triangle_adjacency": igl and (lambda: igl.triangle_triangle_adjacency(f)),
-            "openmesh": openmesh and (lambda: openmesh.TriMesh(v, f)),
+            **{name: numbers["halfedges"] for name, numbers in theirs.items()},
         },
     )
     small, explicit = mesh.triangle_halfedge(), mesh.halfedge()
@@ -111,23 +174,23 @@ def structure(table: Table, mesh: genus.Mesh) -> None:
         {
             "genus": lambda: small.ring_sums(v),
             "genus explicit": lambda: explicit.ring_sums(v),
-            "sparse matrix, made before": None if matrix is None else (lambda: matrix @ v),
+            "igl's sparse matrix, made before": None if matrix is None else (lambda: matrix @ v),
+            **{name: numbers["rings"] for name, numbers in theirs.items()},
         },
     )
-    bytes_per_vertex = small.memory_bytes() / len(v)
-    print(
-        f"bytes a vertex: genus {bytes_per_vertex:.1f}, explicit layout "
-        f"{explicit.memory_bytes() / len(v):.1f}"
-    )
+    sizes = {"genus": small.memory_bytes() / len(v), "explicit": explicit.memory_bytes() / len(v)}
+    sizes |= {name: numbers["bytes"] for name, numbers in theirs.items()}
+    print("bytes a vertex: " + ", ".join(f"{name} {size:.1f}" for name, size in sizes.items()))
 
 
-def files(table: Table, mesh: genus.Mesh, folder: Path) -> None:
+def files(table: Table, mesh: genus.Mesh, folder: Path, native: NativePeers) -> None:
     """Reading and writing, and welding a soup."""
     if table.only not in "write read STL OBJ PLY OFF ASCII weld a soup":
         return
     trimesh, igl = installed("trimesh"), installed("igl")
     v, f = np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
     theirs = trimesh and trimesh.Trimesh(v, f, process=False)
+    native_soup = native.soup(v, f)
     for name, ascii in (("b.stl", False), ("a.obj", True), ("b.ply", False), ("a.off", True),
                         ("a.stl", True)):  # fmt: skip
         path = str(folder / name)
@@ -141,6 +204,8 @@ def files(table: Table, mesh: genus.Mesh, folder: Path) -> None:
         write()
         size = os.path.getsize(path) / 1e6
         other = path + ".peer" + name[1:]
+        written = native.run("write", native_soup, other, "1" if ascii else "0")
+        read = native.run("read", path)
         table.row(
             f"write {size:.0f} MB {label}",
             {
@@ -150,6 +215,7 @@ def files(table: Table, mesh: genus.Mesh, folder: Path) -> None:
                 "igl": (lambda other=other: igl.write_triangle_mesh(other, v, f))
                 if igl and name != "b.stl"
                 else None,
+                **{n: numbers["write"] for n, numbers in written.items() if "write" in numbers},
             },
             size,
         )
@@ -159,6 +225,7 @@ def files(table: Table, mesh: genus.Mesh, folder: Path) -> None:
                 "genus": lambda path=path: genus.load(path),
                 "trimesh": trimesh and (lambda path=path: trimesh.load(path)),
                 "igl": igl and (lambda path=path: igl.read_triangle_mesh(path)),
+                **{n: numbers["read"] for n, numbers in read.items() if "read" in numbers},
             },
             size,
         )
@@ -213,7 +280,7 @@ def ring(kind: str, n: int) -> np.ndarray:
     return np.vstack(out)
 
 
-def triangulation(table: Table, n: int) -> None:
+def triangulation(table: Table, n: int, native: NativePeers) -> None:
     """Rings of n points."""
     earcut, triangle, cgal = (installed(m) for m in ("mapbox_earcut", "triangle", "CGAL"))
 
@@ -227,11 +294,15 @@ def triangulation(table: Table, n: int) -> None:
             cdt.insert_constraint(a, b)
 
     for kind in ("star", "comb", "spiral"):
+        if table.only not in f"triangulate {kind}":
+            continue
         points = ring(kind, n)
+        theirs = native.run("polygon", native.soup(points, np.empty((0, 3))))
         m = len(points)
         segments = np.column_stack([np.arange(m), np.roll(np.arange(m), -1)])
         ends = np.array([m], dtype=np.uint32)
-        quick = m <= 100_000
+        quick = m <= 200_000
+        wheel = cgal if quick and "cgal" not in native.names else None
         table.row(
             f"triangulate {kind} of {m} points",
             {
@@ -243,7 +314,8 @@ def triangulation(table: Table, n: int) -> None:
                 "triangle": triangle
                 and (lambda p=points, s=segments: triangle.triangulate(
                     {"vertices": p, "segments": s}, "p")),
-                "cgal, edge by edge": cgal and (lambda points=points: by_cgal(points)),
+                "cgal, edge by edge": wheel and (lambda points=points: by_cgal(points)),
+                **{n: numbers["polygon"] for n, numbers in theirs.items() if "polygon" in numbers},
             },
         )  # fmt: skip
 
@@ -252,21 +324,23 @@ def main() -> int:
     """Measure, print, save what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--triangles", type=int, default=2_000_000)
-    parser.add_argument("--points", type=int, nargs="*", default=[10_000, 100_000])
+    parser.add_argument("--points", type=int, nargs="*", default=[10_000, 100_000, 1_000_000])
     parser.add_argument("--only", default="", help="rows with this word")
     parser.add_argument("--json", metavar="FILE")
     args = parser.parse_args()
     missing = [name for name in PEERS if installed(name) is None]
-    if missing:
-        print(f"not installed, left out: {', '.join(missing)}", file=sys.stderr)
     table = Table(args.only)
     mesh = sphere(args.triangles)
-    structure(table, mesh)
     with tempfile.TemporaryDirectory() as folder:
-        files(table, mesh, Path(folder))
-    simplification(table, sphere(args.triangles // 10))
-    for n in args.points:
-        triangulation(table, n)
+        native = NativePeers(Path(folder))
+        missing += [name for name in NATIVE_PEERS if name not in native.names]
+        if missing:
+            print(f"not installed, left out: {', '.join(missing)}", file=sys.stderr)
+        structure(table, mesh, native)
+        files(table, mesh, Path(folder), native)
+        simplification(table, sphere(args.triangles // 10))
+        for n in args.points:
+            triangulation(table, n, native)
     rows = [
         [row["work"], f"{row['seconds']['genus']:.4f}"]
         + [", ".join(f"{k} {s:.4f}" for k, s in row["seconds"].items() if k != "genus")]
