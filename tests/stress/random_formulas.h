@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -144,7 +145,8 @@ inline bool same_bits(const MeshBooleanResult& a, const MeshBooleanResult& b)
 }
 
 /// f or g, f and g, f less g, g less f for a random formula f and one of its operands, g.
-/// Each is solved on 1 thread, and on 2 and 8 if `all_threads`.
+/// Each is solved on 1 thread, and on 2 and 8 if `all_threads`, and once more with operands of
+/// which earlier results are known.
 inline Outcome try_formula(std::uint32_t seed, bool all_threads)
 {
     Outcome outcome;
@@ -153,6 +155,9 @@ inline Outcome try_formula(std::uint32_t seed, bool all_threads)
     const auto fail = [&](const std::string& what) {
         outcome.wrong += (outcome.wrong.empty() ? "" : "; ") + what;
     };
+    std::vector<BooleanOperand> known;
+    for (const IndexedMesh& mesh : made.solids)
+        known.emplace_back(std::make_shared<const IndexedMesh>(mesh));
     const auto volume_of = [&](bool is_intersection, bool not_f, bool not_g) {
         BooleanFormula pair = made.formula;
         pair.add(is_intersection, {{f, false, not_f}, {made.other, true, not_g}});
@@ -162,6 +167,7 @@ inline Outcome try_formula(std::uint32_t seed, bool all_threads)
         if (!checked.topology.closed || !checked.topology.manifold) fail("not closed and manifold");
         if (r.operand.size() != r.mesh.faces.size() || r.source_face.size() != r.mesh.faces.size())
             fail("faces without a source");
+        if (!same_bits(r, mesh_boolean(known, pair))) fail("other bits with known operands");
         if (all_threads) {
             const int before = thread_count();
             for (const int threads : {2, 8}) {

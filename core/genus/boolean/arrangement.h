@@ -50,6 +50,9 @@ struct Arrangement {
     /// Faces that are neither passive nor covered by cells, see buried.h; empty for none.
     std::vector<char> buried;
 
+    /// Operands two faces of which meet in more than what they have in common; repeated.
+    std::vector<std::int32_t> touch_themselves;
+
     std::int64_t n_candidate_pairs = 0;
     std::int64_t n_contacts = 0;
 };

@@ -54,6 +54,7 @@ struct Found {
     std::vector<Meeting> meetings;
     std::vector<Event> events;
     std::vector<std::pair<Index, Index>> equal;  // points at one place, where faces just touch
+    std::vector<Index> touch_themselves;         // operands
 };
 
 class Finder {
@@ -116,22 +117,44 @@ private:
         pairs_ = {};
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             if (!out_.passive[f]) enter_corners(static_cast<Index>(f));
+        std::vector<std::pair<Index, Index>> equal;
+        std::vector<Lists<Meeting>::Keyed> by_face;
         for (Found& part : found) {
-            for (const auto& [v, w] : part.equal) {
-                enter_point(v);
-                enter_point(w);
-            }
+            equal.insert(equal.end(), part.equal.begin(), part.equal.end());
+            out_.touch_themselves.insert(out_.touch_themselves.end(), part.touch_themselves.begin(),
+                                         part.touch_themselves.end());
             for (Meeting& m : part.meetings) {
-                enter_corners(m.f);
-                enter_corners(m.g);
-                out_.passive[m.f] = out_.passive[m.g] = 0;
                 m.first_event += events_.size();
-                meetings_.push_back(m);
+                by_face.push_back({m.f, m});
             }
             events_.insert(events_.end(), part.events.begin(), part.events.end());
             part = {};
         }
+        // In an order that says nothing about the pairs that do not meet.
+        std::sort(equal.begin(), equal.end());
+        for (const auto& [v, w] : equal) {
+            enter_point(v);
+            enter_point(w);
+        }
+        list_meetings(by_face);
         out_.n_contacts = static_cast<std::int64_t>(meetings_.size());
+    }
+
+    void list_meetings(const std::vector<Lists<Meeting>::Keyed>& by_face)
+    {
+        meetings_.reserve(by_face.size());
+        Lists<Meeting> lists(soup_.faces.size(), by_face);
+        for (std::size_t f = 0; f < soup_.faces.size(); ++f) {
+            const std::span<Meeting> list = lists[f];
+            std::sort(list.begin(), list.end(),
+                      [](const Meeting& a, const Meeting& b) { return a.g < b.g; });
+            for (const Meeting& m : list) {
+                enter_corners(m.f);
+                enter_corners(m.g);
+                out_.passive[m.f] = out_.passive[m.g] = 0;
+                meetings_.push_back(m);
+            }
+        }
     }
 
     void look_at(Index f, Index g, Found& found) const
@@ -144,14 +167,23 @@ private:
         if (contact.n_events == 1 && contact.trivial()) {
             const Index v = soup_.faces[f][contact.events[0].on_f];
             const Index w = soup_.faces[g][contact.events[0].on_g];
-            if (v != w) found.equal.push_back({v, w});
+            if (v == w) return;
+            found.equal.push_back({v, w});
+            note_touch(f, g, found);
             return;
         }
         if (contact.trivial() && joined_by_twins(f, g)) return;
+        note_touch(f, g, found);
         found.meetings.push_back({f, g, found.events.size(),
                                   static_cast<std::int8_t>(contact.n_events), contact.coplanar});
         found.events.insert(found.events.end(), contact.events.begin(),
                             contact.events.begin() + contact.n_events);
+    }
+
+    void note_touch(Index f, Index g, Found& found) const
+    {
+        if (soup_.operand[f] == soup_.operand[g])
+            found.touch_themselves.push_back(soup_.operand[f]);
     }
 
     bool joined_by_twins(Index f, Index g) const

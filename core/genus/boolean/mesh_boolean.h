@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,10 @@ struct MeshBooleanReport {
     std::int64_t n_steps = 0;
     /// Times that the rounded result crossed itself and was solved once more.
     std::int64_t n_mended = 0;
+    /// Operands whose edges and components were known from an earlier call, and those known not to
+    /// cross themselves, for which that was not looked for again.
+    std::int64_t n_known = 0;
+    std::int64_t n_known_clean = 0;
 };
 
 struct MeshBooleanResult {
@@ -51,6 +56,25 @@ struct MeshBooleanResult {
     std::vector<std::int32_t> operand;
     std::vector<std::int32_t> source_face;
     MeshBooleanReport report;
+    /// The mesh was seen not to touch itself, so that as an operand it need not be looked at again.
+    bool clean = false;
+};
+
+/// A mesh that does not change, with what booleans find out about it: its edges and components,
+/// and on which grids it does not cross itself. Copies share that, so that a chain of edits pays
+/// for the import of each mesh once. Takes up to 28 bytes a face. Safe to use from many threads.
+class BooleanOperand {
+public:
+    /// `clean` as of a result.
+    explicit BooleanOperand(std::shared_ptr<const IndexedMesh> mesh, bool clean = false);
+
+    const IndexedMesh& mesh() const;
+
+    struct Known;  // see operand.h
+    Known& known() const { return *known_; }
+
+private:
+    std::shared_ptr<Known> known_;
 };
 
 /// The set that `formula` describes, as a closed, oriented and manifold mesh; parts that only
@@ -77,6 +101,10 @@ struct MeshBooleanResult {
 /// and for a formula that is not sound or holds at infinity; Error with the place if the rounded
 /// result cannot be mended.
 MeshBooleanResult mesh_boolean(std::span<const IndexedMesh> operands, const BooleanFormula& formula,
+                               const MeshBooleanOptions& options = {});
+/// The same bits, sooner where operands come up again.
+MeshBooleanResult mesh_boolean(std::span<const BooleanOperand> operands,
+                               const BooleanFormula& formula,
                                const MeshBooleanOptions& options = {});
 
 /// The mesh alone, for one operation.

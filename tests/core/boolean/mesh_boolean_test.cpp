@@ -2,8 +2,10 @@
 
 #include <limits>
 
+#include <memory>
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+
 #include "shapes.h"
 
 namespace genus {
@@ -519,6 +521,72 @@ TEST(MeshBoolean, UnweldedAndFlatFacesAreTakenAsMeant)
     const IndexedMesh mended = unite(seam, cube(2.0, {{1, 1, 1}}));
     expect_sound(mended);
     EXPECT_EQ(volume(mended), 15.0);
+}
+
+BooleanOperand known(const IndexedMesh& mesh)
+{
+    return BooleanOperand(std::make_shared<const IndexedMesh>(mesh));
+}
+
+TEST(BooleanOperand, IsReadOnceForManyChanges)
+{
+    const IndexedMesh ball = turned(sphere(20, 40, 1.0), {{1, 2, 3}}, 20.0);
+    const BooleanOperand operand = known(ball);
+    const BooleanFormula less = BooleanFormula::difference_of(2);
+    for (int i = 0; i < 4; ++i) {
+        SCOPED_TRACE(i);
+        const IndexedMesh tool = moved(cube(0.5), {{-0.3 + 0.1 * i, -0.2, 0.4}});
+        const MeshBooleanResult fresh = mesh_boolean(std::vector<IndexedMesh>{ball, tool}, less);
+        const MeshBooleanResult again =
+            mesh_boolean(std::vector<BooleanOperand>{operand, known(tool)}, less);
+        EXPECT_EQ(again.report.n_known, i > 0 ? 1 : 0);
+        EXPECT_EQ(again.report.n_known_clean, i > 0 ? 1 : 0);
+        EXPECT_TRUE(again.mesh.vertices == fresh.mesh.vertices);
+        EXPECT_TRUE(again.mesh.faces == fresh.mesh.faces);
+        EXPECT_TRUE(again.source_face == fresh.source_face);
+    }
+}
+
+TEST(BooleanOperand, AResultIsKnownNotToTouchItself)
+{
+    const BooleanFormula less = BooleanFormula::difference_of(2);
+    IndexedMesh plain = sphere(12, 24, 1.0);
+    BooleanOperand part = known(plain);
+    double taken = 0.0;
+    for (int i = 0; i < 5; ++i) {
+        SCOPED_TRACE(i);
+        const IndexedMesh tool = turned(cube(0.3, {{0.35, -0.1, 0.75}}), {{0, 0, 1}}, 70.0 * i);
+        MeshBooleanResult fresh = mesh_boolean(std::vector<IndexedMesh>{plain, tool}, less);
+        MeshBooleanResult next = mesh_boolean(std::vector<BooleanOperand>{part, known(tool)}, less);
+        EXPECT_EQ(next.report.n_known_clean, i > 0 ? 1 : 0);
+        EXPECT_TRUE(next.clean);
+        EXPECT_TRUE(next.mesh.vertices == fresh.mesh.vertices);
+        EXPECT_TRUE(next.mesh.faces == fresh.mesh.faces);
+        const double step = volume(plain) - volume(next.mesh);
+        if (i == 0) taken = step;
+        EXPECT_NEAR(step, taken, 0.02);  // of a ball that is not quite round
+        plain = fresh.mesh;
+        part =
+            BooleanOperand(std::make_shared<const IndexedMesh>(std::move(next.mesh)), next.clean);
+    }
+}
+
+TEST(BooleanOperand, OneThatTouchesItselfIsLookedAtEachTime)
+{
+    const BooleanFormula all = BooleanFormula::union_of(2);
+    // Crossing components, a common edge, a common corner; a result whose parts touch.
+    for (const Vec3& at : {Vec3{{0.5, 0.5, 0.5}}, Vec3{{1, 1, 0}}, Vec3{{1, 1, 1}}}) {
+        const BooleanOperand twice = known(joined(cube(1.0), cube(1.0, at)));
+        const BooleanOperand tool = known(cube(3.0, {{-1, -1, 0.75}}));
+        for (int i = 0; i < 3; ++i) {
+            const MeshBooleanResult r = mesh_boolean(std::vector<BooleanOperand>{twice, tool}, all);
+            expect_sound(r.mesh);
+            EXPECT_EQ(r.report.n_known_clean, i > 0 ? 1 : 0);  // the tool
+        }
+        const BooleanFormula itself = BooleanFormula::union_of(1);
+        const MeshBooleanResult alone = mesh_boolean(std::vector<BooleanOperand>{twice}, itself);
+        EXPECT_EQ(alone.clean, at[2] == 0.5);
+    }
 }
 
 }  // namespace

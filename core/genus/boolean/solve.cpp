@@ -1,0 +1,278 @@
+#include "genus/boolean/solve.h"
+
+#include <algorithm>
+#include <map>
+
+#include "genus/base/parallel.h"
+#include "genus/boolean/assemble.h"
+#include "genus/boolean/buried.h"
+#include "genus/boolean/closed_operand.h"
+#include "genus/boolean/contact.h"
+#include "genus/boolean/winding.h"
+#include "genus/mesh/disjoint_sets.h"
+
+namespace genus::exact {
+
+namespace {
+
+using Index = std::int32_t;
+
+constexpr int kMendRounds = 10;
+
+// What pairs of faces of a result do, by part of the search.
+struct Collisions {
+    std::vector<Index> bad;
+    bool parts_touch = false;
+};
+
+// Do two faces of a result meet in more than common corners and edges? Corners at one place are
+// one corner; those that have numbers of their own are noted.
+bool collide(const Solved& mesh, Index f, Index g, bool& parts_touch)
+{
+    Corners a;
+    Corners b;
+    for (int i = 0; i < 3; ++i) {
+        a.at[i] = &mesh.points[mesh.faces[f][i]];
+        b.at[i] = &mesh.points[mesh.faces[g][i]];
+    }
+    number_corners(a, b);
+    for (int j = 0; j < 3; ++j)
+        if (b.id[j] < 3 && a.at[b.id[j]] != b.at[j]) parts_touch = true;
+    return !certainly_apart(a, b) && !find_contact(a, b).trivial();
+}
+
+// What the rounding of a result did.
+struct Rounding {
+    std::vector<char> moved;    // by point
+    std::vector<Index> turned;  // faces that now turn the other way
+};
+
+// Faces of parts that the rounding may have turned inside out: thin ones whose corners moved to the
+// other side, so that a quarter of their faces or more turned over, and which meet nothing.
+std::vector<Index> find_turned_parts(const Solved& mesh, const Rounding& rounding)
+{
+    if (rounding.turned.empty()) return {};
+    DisjointSets parts(mesh.points.size());
+    for (const Triangle& t : mesh.faces) {
+        parts.unite(t[0], t[1]);
+        parts.unite(t[0], t[2]);
+    }
+    std::vector<Index> balance(mesh.points.size(), 0);  // by part
+    for (const Triangle& t : mesh.faces) --balance[parts.find(t[0])];
+    for (const Index f : rounding.turned) balance[parts.find(mesh.faces[f][0])] += 4;
+    std::vector<Index> bad;
+    for (const Index f : rounding.turned)
+        if (balance[parts.find(mesh.faces[f][0])] >= 0) bad.push_back(f);
+    return bad;
+}
+
+// The faces that, after some corners moved, are flat or meet others. Notes where parts touch.
+std::vector<Index> find_collisions(Solved& mesh, const std::vector<char>& moved)
+{
+    enum : char { kStill, kSuspect, kFlat };
+    std::vector<Index> bad;
+    std::vector<Index> suspects;
+    std::vector<char> kind(mesh.faces.size(), kStill);
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        const Triangle& t = mesh.faces[f];
+        if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
+        const bool flat = is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+        kind[f] = flat ? kFlat : kSuspect;
+        (flat ? bad : suspects).push_back(static_cast<Index>(f));
+    }
+    if (suspects.empty()) return bad;
+    const auto box = [&](Index f) {
+        const Triangle& t = mesh.faces[f];
+        return box_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+    };
+    std::vector<FloatBox> boxes;
+    for (const Index f : suspects) boxes.push_back(box(f));
+    const BoxTree tree(std::move(boxes), {});
+    std::vector<Collisions> found;
+    const auto look_at = [&](Index f, Index g, Collisions& part) {
+        if (!collide(mesh, f, g, part.parts_touch)) return;
+        part.bad.push_back(f);
+        part.bad.push_back(g);
+    };
+    const auto take = [&] {
+        for (const Collisions& part : found) {
+            bad.insert(bad.end(), part.bad.begin(), part.bad.end());
+            mesh.parts_touch = mesh.parts_touch || part.parts_touch;
+        }
+    };
+    tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },
+                     [&](Index a, Index b, std::size_t part) {
+                         look_at(suspects[a], suspects[b], found[part]);
+                     });
+    take();
+    constexpr std::size_t kGrain = 4096;
+    found.assign(mesh.faces.size() / kGrain + 1, {});
+    parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end; ++f)
+            if (kind[f] == kStill)
+                tree.query(box(static_cast<Index>(f)), [&](Index s) {
+                    look_at(static_cast<Index>(f), suspects[s], found[begin / kGrain]);
+                });
+    });
+    take();
+    std::sort(bad.begin(), bad.end());
+    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    return bad;
+}
+
+}  // namespace
+
+Start look_over(const Soup& soup, const BooleanFormula& formula, Index n_operands,
+                std::size_t most_pairs)
+{
+    Start start{find_candidates(soup, most_pairs), {}};
+    if (n_operands > 2 && start.candidates.complete)
+        start.buried = find_buried(soup, start.candidates, formula, n_operands);
+    return start;
+}
+
+namespace {
+
+// Does a face turn against its plane now that corners moved?
+bool turned_by(const std::vector<char>& moved, const Solved& mesh, Index f, const Soup& soup,
+               const OutFace& from)
+{
+    const Triangle& t = mesh.faces[f];
+    if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return false;
+    const auto sign = [](int axis, const std::vector<Vec3>& points, const Triangle& corners) {
+        return normal_sign(axis, points[corners[0]], points[corners[1]], points[corners[2]]);
+    };
+    const Triangle& plane = soup.faces[from.plane];
+    const int axis =
+        dominant_axis(soup.points[plane[0]], soup.points[plane[1]], soup.points[plane[2]]);
+    const int before = sign(axis, soup.points, plane) * (from.flipped ? -1 : 1);
+    return sign(axis, mesh.points, t) == -before;
+}
+
+// The surface of a soup by formula, rounded.
+Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                  Index n_operands, InsideRule rule, bool merge_coplanar, Start start,
+                  Rounding& rounding, MeshBooleanReport& report)
+{
+    report.n_buried_faces += std::count(start.buried.begin(), start.buried.end(), 1);
+    Arrangement arrangement = arrange(soup, std::move(start.candidates), std::move(start.buried));
+    auto found = select(soup, arrangement, formula, n_operands, rule);
+    if (!found) {
+        arrangement = arrange(soup, find_candidates(soup, kAnyNumber), {});
+        found = select(soup, arrangement, formula, n_operands, rule);
+    }
+    const Selection& selection = *found;
+    auto faces = collect_faces(soup, arrangement, selection, merge_coplanar);
+    const std::size_t n_exact = arrangement.points.size();
+    OutMesh mesh = split_to_manifold(soup, arrangement, faces);
+
+    report.n_candidate_pairs += arrangement.n_candidate_pairs;
+    report.n_contacts += arrangement.n_contacts;
+    report.n_passive_faces += std::count(arrangement.passive.begin(), arrangement.passive.end(), 1);
+    report.n_cells += static_cast<std::int64_t>(arrangement.cells.size());
+    report.n_new_points +=
+        static_cast<std::int64_t>(arrangement.points.size() - soup.points.size());
+
+    Solved solved;
+    solved.saw_all = arrangement.buried.empty();
+    solved.touch_themselves = std::move(arrangement.touch_themselves);
+    std::vector<char> taken(arrangement.points.size(), 0);
+    for (const Index p : mesh.points) {
+        solved.parts_touch = solved.parts_touch || taken[p] != 0;
+        taken[p] = 1;
+    }
+    solved.faces = std::move(mesh.faces);
+    solved.points.resize(mesh.points.size());
+    rounding = {};
+    rounding.moved.assign(mesh.points.size(), 0);
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        const PointRef& p = arrangement.points[mesh.points[i]];
+        solved.points[i] = p.approx;
+        const auto number = static_cast<std::size_t>(mesh.points[i]);
+        if (number < soup.points.size()) continue;
+        const bool middle = number >= n_exact;
+        solved.points[i] = frame.rounded(p.approx);
+        rounding.moved[i] = middle || !same_point({solved.points[i], nullptr}, p);
+    }
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        solved.given.push_back(soup.given[faces[f].source]);
+        if (turned_by(rounding.moved, solved, static_cast<Index>(f), soup, faces[f]))
+            rounding.turned.push_back(static_cast<Index>(f));
+    }
+    return solved;
+}
+
+// A result as an operand: equal points made one, flat faces left out.
+Soup as_soup(const Solved& solved)
+{
+    Soup soup;
+    std::map<std::array<double, 3>, Index> numbers;
+    std::vector<Index> number(solved.points.size());
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        const auto [it, is_new] =
+            numbers.try_emplace(solved.points[i].c, static_cast<Index>(soup.points.size()));
+        if (is_new) soup.points.push_back(solved.points[i]);
+        number[i] = it->second;
+    }
+    std::vector<Triangle> all;
+    std::vector<Index> face;
+    for (std::size_t f = 0; f < solved.faces.size(); ++f) {
+        Triangle t = solved.faces[f];
+        for (Index& v : t) v = number[v];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+        all.push_back(t);
+        face.push_back(static_cast<Index>(f));
+    }
+    std::vector<Index> twin;
+    find_twins(soup.points.size(), all, twin);
+    std::vector<Index> place(all.size(), -1);
+    for (std::size_t f = 0; f < all.size(); ++f) {
+        const Triangle& t = all[f];
+        if (is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) continue;
+        place[f] = static_cast<Index>(soup.faces.size());
+        soup.faces.push_back(t);
+        soup.given.push_back(solved.given[face[f]]);
+    }
+    for (std::size_t f = 0; f < all.size(); ++f)
+        if (place[f] >= 0)
+            for (int i = 0; i < 3; ++i) {
+                const Index h = twin[3 * f + i];
+                soup.twin.push_back(h < 0 || place[h / 3] < 0 ? -1 : 3 * place[h / 3] + h % 3);
+            }
+    soup.operand.assign(soup.faces.size(), 0);
+    soup.crosses_itself = {1};
+    return soup;
+}
+
+}  // namespace
+
+std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
+                                  const BooleanFormula& formula, Index n_operands,
+                                  const MeshBooleanOptions& options, Start start,
+                                  MeshBooleanReport& report, Vec3& place)
+{
+    Rounding rounding;
+    Solved solved = solve_once(soup, frame, formula, n_operands, InsideRule::NonZero,
+                               options.merge_coplanar, std::move(start), rounding, report);
+    const bool saw_all = solved.saw_all;
+    const std::vector<Index> touch_themselves = std::move(solved.touch_themselves);
+    const std::size_t most_faces = 2 * solved.faces.size() + 1000;
+    for (int round = 0;; ++round) {
+        std::vector<Index> bad = find_collisions(solved, rounding.moved);
+        if (bad.empty()) bad = find_turned_parts(solved, rounding);
+        if (bad.empty()) {
+            solved.saw_all = saw_all;
+            solved.touch_themselves = touch_themselves;
+            return solved;
+        }
+        place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
+        if (round == kMendRounds || solved.faces.size() > most_faces) return std::nullopt;
+        ++report.n_mended;
+        const Soup again = as_soup(solved);
+        const BooleanFormula itself = BooleanFormula::union_of(1);
+        solved = solve_once(again, frame, itself, 1, InsideRule::Positive, options.merge_coplanar,
+                            look_over(again, itself, 1), rounding, report);
+    }
+}
+
+}  // namespace genus::exact
