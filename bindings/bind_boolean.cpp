@@ -9,6 +9,7 @@
 #include "genus/base/error.h"
 #include "genus/boolean/formula_text.h"
 #include "genus/boolean/mesh_boolean.h"
+#include "genus/boolean/operand_cache.h"
 #include "genus/boolean/split.h"
 #include "genus/model/construct.h"
 #include "long_call.h"
@@ -21,11 +22,19 @@ using Term = BooleanFormula::Term;
 
 constexpr int kDeepest = 200;  // levels of a formula given as a tree
 
+// Meshes of Python never change: what a boolean found out about one holds for the next.
+OperandCache& known_operands()
+{
+    static OperandCache cache;
+    return cache;
+}
+
 Mesh to_mesh(MeshBooleanResult result)
 {
     Mesh mesh(std::move(result.mesh));
     mesh.origin = std::make_shared<const FaceOrigin>(
         FaceOrigin{std::move(result.operand), std::move(result.source_face)});
+    if (result.clean) known_operands().find(mesh.triangles, true);
     return mesh;
 }
 
@@ -34,13 +43,13 @@ Mesh solve(const std::vector<const Mesh*>& meshes, const BooleanFormula& formula
 {
     MeshBooleanOptions options;
     options.merge_coplanar = merge_coplanar;
-    return to_mesh(long_call(
-        [&] {
-            std::vector<IndexedMesh> operands;
-            for (const Mesh* mesh : meshes) operands.push_back(*mesh->triangles);
-            return mesh_boolean(operands, formula, options);
-        },
-        progress));
+    std::vector<std::shared_ptr<const IndexedMesh>> kept;
+    std::vector<BooleanOperand> operands;
+    for (const Mesh* mesh : meshes) {
+        kept.push_back(mesh->triangles);
+        operands.push_back(known_operands().find(mesh->triangles));
+    }
+    return to_mesh(long_call([&] { return mesh_boolean(operands, formula, options); }, progress));
 }
 
 using Operation = BooleanFormula (*)(std::int32_t);

@@ -1,10 +1,11 @@
 #include "genus/boolean/mesh_boolean.h"
 
 #include <limits>
-
 #include <memory>
+
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/boolean/operand_cache.h"
 
 #include "shapes.h"
 
@@ -587,6 +588,29 @@ TEST(BooleanOperand, OneThatTouchesItselfIsLookedAtEachTime)
         const MeshBooleanResult alone = mesh_boolean(std::vector<BooleanOperand>{twice}, itself);
         EXPECT_EQ(alone.clean, at[2] == 0.5);
     }
+}
+
+TEST(OperandCache, KnowsMeshesByIdentityAndForgets)
+{
+    OperandCache cache(30);
+    const auto a = std::make_shared<const IndexedMesh>(cube(1.0));
+    const auto b = std::make_shared<const IndexedMesh>(cube(1.0, {{0.5, 0.5, 0.5}}));
+    const auto n_known = [&](std::vector<BooleanOperand> operands) {
+        const auto n = static_cast<std::int32_t>(operands.size());
+        return mesh_boolean(operands, BooleanFormula::union_of(n)).report.n_known;
+    };
+    EXPECT_EQ(n_known({cache.find(a), cache.find(b)}), 0);
+    EXPECT_EQ(n_known({cache.find(a), cache.find(b)}), 2);
+    EXPECT_EQ(cache.size(), 2u);
+    // Equal, but another.
+    auto c = std::make_shared<const IndexedMesh>(cube(1.0));
+    cache.find(c);
+    EXPECT_EQ(cache.size(), 2u);  // room for two
+    EXPECT_EQ(n_known({cache.find(b)}), 1);
+    EXPECT_EQ(n_known({cache.find(a)}), 0);
+    c.reset();
+    cache.find(a);
+    EXPECT_EQ(cache.size(), 2u);
 }
 
 }  // namespace
