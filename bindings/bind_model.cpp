@@ -196,9 +196,9 @@ void bind_ray_hits(py::module_& m)
 std::string kind(const Solid& solid)
 {
     static constexpr const char* names[] = {
-        "empty", "cube",         "sphere",     "ellipsoid",   "cylinder",
-        "torus", "half space",   "quadric",    "polyhedron",  "freeform",
-        "union", "intersection", "difference", "transformed", "colored"};
+        "empty",        "cube",       "sphere",      "ellipsoid",  "cylinder", "torus",
+        "half space",   "quadric",    "implicit",    "polyhedron", "freeform", "union",
+        "intersection", "difference", "transformed", "colored"};
     static_assert(std::size(names) == std::variant_size_v<Shape>);
     return names[solid.node().shape.index()];
 }

@@ -1,7 +1,7 @@
 #include "genus/implicit/expression.h"
 
 #include <cmath>
-#include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -176,6 +176,46 @@ Expression smooth_max(const Expression& a, const Expression& b, const Expression
 Expression repeat(const Expression& a, const Expression& period)
 {
     return a - period * Expression::apply(Operation::Round, a / period);
+}
+
+Expression substituted(const Expression& expression, const std::array<Expression, 3>& xyz)
+{
+    std::unordered_map<const Expression::Node*, Expression> done;
+    std::vector<const Expression::Node*> stack{&expression.node()};
+    while (!stack.empty()) {
+        const Expression::Node* node = stack.back();
+        bool ready = true;
+        for (const NodePtr& operand : node->operands)
+            if (operand && !done.contains(operand.get())) {
+                stack.push_back(operand.get());
+                ready = false;
+            }
+        if (!ready) continue;
+        stack.pop_back();
+        const auto operand = [&](std::size_t i) { return done.at(node->operands[i].get()); };
+        switch (node->operation) {
+            case Operation::Number:
+                done.emplace(node, node->number);
+                break;
+            case Operation::X:
+                done.emplace(node, xyz[0]);
+                break;
+            case Operation::Y:
+                done.emplace(node, xyz[1]);
+                break;
+            case Operation::Z:
+                done.emplace(node, xyz[2]);
+                break;
+            case Operation::Power:
+                done.emplace(node, pow(operand(0), node->number));
+                break;
+            default:
+                done.emplace(node, node->operands[1]
+                                       ? Expression::apply(node->operation, operand(0), operand(1))
+                                       : Expression::apply(node->operation, operand(0)));
+        }
+    }
+    return done.at(&expression.node());
 }
 
 namespace {

@@ -111,6 +111,9 @@ Expression smooth_max(const Expression& a, const Expression& b, const Expression
 /// repeats for ever.
 Expression repeat(const Expression& a, const Expression& period);
 
+/// The expression with others in place of x, y and z. O(nodes); what is shared stays shared.
+Expression substituted(const Expression& expression, const std::array<Expression, 3>& xyz);
+
 /// As `parse_expression` reads it, with "..." in place of what is longer than `most` characters.
 std::string to_text(const Expression& expression, std::size_t most = 200);
 

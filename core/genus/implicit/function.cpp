@@ -355,6 +355,46 @@ IntervalVec3 Function::gradient_bound(const Box3& box) const
     return {Interval::everything(), Interval::everything(), Interval::everything()};
 }
 
+// Errors of the operands go on by the largest derivative, and each operation adds its own.
+double Function::rounding_error(const Box3& box) const
+{
+    constexpr double kUnit = 4.0 * std::numeric_limits<double>::epsilon();
+    struct Part {
+        Range range;
+        double error;
+    };
+    const IntervalVec3 at = to_intervals(box);
+    std::vector<Part> parts(code_.size());
+    for (std::size_t i = 0; i < code_.size(); ++i) {
+        const Instruction& c = code_[i];
+        if (operand_count(c.operation) == 0) {
+            const auto axis =
+                static_cast<std::size_t>(c.operation) - static_cast<std::size_t>(Operation::X);
+            const bool is_number = c.operation == Operation::Number;
+            parts[i] = {
+                is_number ? operate(c.operation, Range{}, Range{}, c.number) : Range{at[axis]},
+                0.0};
+            continue;
+        }
+        // The values as they are computed lie in the bounds, too.
+        const Part &a = parts[c.a], &b = parts[c.b];
+        const Range range = operate(c.operation, a.range, b.range, c.number);
+        const auto [by_a, by_b] =
+            derivatives(c.operation, a.range.values, b.range.values, c.number, range.values);
+        const auto passed = [](const Interval& by, double error) {
+            return error == 0.0 ? 0.0 : by.magnitude() * error;
+        };
+        double error = passed(by_a, a.error);
+        if (c.operation == Operation::Sqrt) error = std::min(error, std::sqrt(a.error));
+        if (operand_count(c.operation) == 2) error += passed(by_b, b.error);
+        const bool exact = c.operation == Operation::Negate || c.operation == Operation::Abs ||
+                           c.operation == Operation::Min || c.operation == Operation::Max;
+        if (!exact) error += kUnit * (range.values.magnitude() + error);
+        parts[i] = {range, range.may_be_undefined || std::isnan(error) ? kInfinity : error};
+    }
+    return parts.back().error;
+}
+
 std::int32_t Function::piece(const Vec3& p) const
 {
     if (choices_.size() > kMostChoices) return -1;

@@ -31,6 +31,9 @@ public:
     Vec3 gradient(const Vec3& p) const override;
     Interval bound(const Box3& box) const override;
     IntervalVec3 gradient_bound(const Box3& box) const override;
+    /// Errors of rounding in `value` at points of the box do not exceed this; infinite where no
+    /// bound is known, as next to a pole or a jump.
+    double rounding_error(const Box3& box) const;
     std::int32_t piece(const Vec3& p) const override;
     double piece_value(std::int32_t piece, const Vec3& p) const override;
     Vec3 piece_gradient(std::int32_t piece, const Vec3& p) const override;

@@ -206,7 +206,7 @@ ModelNode own_solid(Evaluator& e, const Statement& s, const Arguments& a)
     return node;
 }
 constexpr char kTorus[] = "torus", kEllipsoid[] = "ellipsoid", kCone[] = "cone",
-               kQuadric[] = "quadric", kHalfSpace[] = "half_space";
+               kQuadric[] = "quadric", kHalfSpace[] = "half_space", kImplicit[] = "implicit";
 constexpr char kBezierCurve[] = "bezier_curve", kBspline[] = "bspline",
                kBezierPatch[] = "bezier_patch", kTrianglePatch[] = "triangle_patch", kFfd[] = "ffd",
                kMovePoints[] = "move_points", kSubdivide[] = "subdivide";
@@ -690,6 +690,7 @@ const std::vector<NodeMaker>& makers()
         {"cone", {"h", "r", "center"}, 3, own_solid<kCone>, true},
         {"quadric", {"coefficients", "bounds"}, 2, own_solid<kQuadric>, true},
         {"half_space", {"normal", "offset"}, 2, own_solid<kHalfSpace>, true},
+        {"implicit", {"f", "bounds"}, 2, own_solid<kImplicit>, true},
         {"bezier_curve", {"points", "weights"}, 2, own_curve<kBezierCurve>, true},
         {"bspline",
          {"points", "degree", "closed", "knots", "weights"},

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "genus/base/progress.h"
+#include "genus/implicit/parse_expression.h"
 #include "genus/io/read_mesh.h"
 #include "genus/language/builtins_files.h"
 #include "genus/language/builtins_freeform.h"
@@ -115,6 +116,16 @@ public:
         }
         return genus::quadric(Quadric(numbers<10>(node_.parameter("coefficients"), "coefficients")),
                               bounds);
+    }
+
+    Solid implicit()
+    {
+        const std::string* formula = node_.parameter("f").text();
+        if (!formula) fail("implicit(): f is no text");
+        const List corners = rows("bounds");
+        if (corners.size() != 2) fail("implicit(): bounds must be two corners, [min, max]");
+        return genus::implicit(parse_expression(*formula),
+                               {vec<3>(corners[0], "bounds[0]"), vec<3>(corners[1], "bounds[1]")});
     }
 
     Solid half_space() { return genus::half_space(vec3("normal"), number("offset")); }
@@ -241,6 +252,7 @@ const std::unordered_map<std::string_view, Maker::Method>& methods()
         {"cone", &Maker::cone},
         {"quadric", &Maker::quadric},
         {"half_space", &Maker::half_space},
+        {"implicit", &Maker::implicit},
         {"multmatrix", &Maker::transform},
         {"color", &Maker::color},
         {"resize", &Maker::resize},

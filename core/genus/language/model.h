@@ -43,7 +43,7 @@ struct TextModel {
 };
 
 /// Runs the text model in the file `path`: the OpenSCAD language as of release 2021.01, with hex
-/// numbers, `$tolerance`, and the modules torus, ellipsoid, cone, quadric, half_space.
+/// numbers, `$tolerance`, and the modules torus, ellipsoid, cone, quadric, half_space, implicit.
 ///
 /// Where it differs: unknown modules and missing files are errors, not warnings; a default value
 /// is evaluated only where its argument is missing; rands() without a seed gives the same numbers

@@ -80,6 +80,7 @@ Interval plus(const Interval& a, const Interval& b)
 Signs signs_far_out(const Surface& surface, const FarCell& cell)
 {
     if (surface.kind == Surface::Kind::Torus) return {1, 1};  // the start lies outside all tori
+    if (surface.kind == Surface::Kind::Function) return {-1, 1};
     const std::array<double, 10> q = surface.quadric.upper_triangle();
     const IntervalVec3 d = cell.direction();
     const Interval slope = plus(plus(weighted(2.0 * q[3], d[0]), weighted(2.0 * q[6], d[1])),

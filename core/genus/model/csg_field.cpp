@@ -193,11 +193,13 @@ Active constant(int sign)
 
 Interval Surface::bound(const Box3& box) const
 {
+    if (kind == Kind::Function) return function->bound(box);
     return kind == Kind::Torus ? Interval(torus_scale) * torus->bound(box) : quadric.bound(box);
 }
 
 IntervalVec3 Surface::gradient_bound(const Box3& box) const
 {
+    if (kind == Kind::Function) return function->gradient_bound(box);
     if (kind != Kind::Torus) return quadric.gradient_bound(box);
     IntervalVec3 g = torus->gradient_bound(box);
     for (Interval& c : g) c = Interval(torus_scale) * c;
@@ -225,6 +227,32 @@ Vec3 CsgField::gradient(const Vec3& p) const
 {
     const Active a = active(p);
     return a.surface < 0 ? Vec3{} : a.sign * surfaces_[a.surface].gradient(p);
+}
+
+// Piece n of surface s has the number s + n * surfaces.
+std::int32_t CsgField::piece(const Vec3& p) const
+{
+    const std::int32_t s = active(p).surface;
+    if (s < 0 || !surfaces_[s].function) return s;
+    const std::int64_t own = surfaces_[s].function->piece(p);
+    const std::int64_t number = s + own * static_cast<std::int64_t>(surfaces_.size());
+    return own < 0 || number > std::numeric_limits<std::int32_t>::max()
+               ? -1
+               : static_cast<std::int32_t>(number);
+}
+
+double CsgField::piece_value(std::int32_t piece, const Vec3& p) const
+{
+    const auto n = static_cast<std::int32_t>(surfaces_.size());
+    const Surface& s = surfaces_[piece % n];
+    return s.function ? s.function->piece_value(piece / n, p) : s.value(p);
+}
+
+Vec3 CsgField::piece_gradient(std::int32_t piece, const Vec3& p) const
+{
+    const auto n = static_cast<std::int32_t>(surfaces_.size());
+    const Surface& s = surfaces_[piece % n];
+    return s.function ? s.function->piece_gradient(piece / n, p) : s.gradient(p);
 }
 
 Interval CsgField::bound(const Box3& box) const

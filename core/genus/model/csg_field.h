@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "genus/implicit/function.h"
 #include "genus/implicit/implicit.h"
 #include "genus/implicit/quadric.h"
 #include "genus/implicit/torus.h"
@@ -18,29 +19,33 @@ namespace genus {
 /// F is scaled by a power of two, which changes no rounding, so that the longest gradient on the
 /// leaf is between 0.7 and 1.5: values of different leaves then compare like distances.
 struct Surface {
-    enum class Kind { Plane, Quadric, Torus };
+    enum class Kind { Plane, Quadric, Torus, Function };
     Kind kind;
     Quadric quadric;             // Plane and Quadric
     std::optional<Torus> torus;  // Torus: a placed torus
     double torus_scale = 1.0;    // F is this times the torus' own function
     std::string leaf;            // what the user called it, for messages: "cylinder(h = 3, r = 1)"
+    std::shared_ptr<const Function> function{};  // Function: scaled already
+    Box3 function_box{};                         // and where it is looked at: its leaf is within
 
     double value(const Vec3& p) const
     {
+        if (kind == Kind::Function) return function->value(p);
         return kind == Kind::Torus ? torus_scale * torus->value(p) : quadric.value(p);
     }
     Vec3 gradient(const Vec3& p) const
     {
+        if (kind == Kind::Function) return function->gradient(p);
         return kind == Kind::Torus ? torus_scale * torus->gradient(p) : quadric.gradient(p);
     }
     Interval bound(const Box3& box) const;
     IntervalVec3 gradient_bound(const Box3& box) const;
 };
 
-/// A tree of quadrics, tori and convex polyhedra as one function: union is min, intersection max,
-/// complement the negative. Surfaces that bound the same set are kept once, so a pin and its hole
-/// share one surface, and so do the faces of two cubes side by side: their coefficients may differ
-/// in the last few bits that rounding of the coordinates leaves open.
+/// A tree of quadrics, tori, functions and convex polyhedra as one function: union is min,
+/// intersection max, complement the negative. Surfaces that bound the same set are kept once, so a
+/// pin and its hole share one surface, and so do the faces of two cubes side by side: their
+/// coefficients may differ in the last few bits that rounding of the coordinates leaves open.
 ///
 /// The formula is a list of instructions in order of evaluation; the last one is the result. A
 /// term names a surface or an earlier instruction, negated or not. Nested instructions of one kind
@@ -72,16 +77,11 @@ public:
     Interval bound(const Box3& box) const override;
     IntervalVec3 gradient_bound(const Box3& box) const override;
 
-    /// The pieces are the surfaces; -1 where the field is constant.
-    std::int32_t piece(const Vec3& p) const override { return active(p).surface; }
-    double piece_value(std::int32_t surface, const Vec3& p) const override
-    {
-        return surfaces_[surface].value(p);
-    }
-    Vec3 piece_gradient(std::int32_t surface, const Vec3& p) const override
-    {
-        return surfaces_[surface].gradient(p);
-    }
+    /// The pieces are the surfaces, and of functions with creases their pieces; -1 where the field
+    /// is constant or too many pieces are.
+    std::int32_t piece(const Vec3& p) const override;
+    double piece_value(std::int32_t piece, const Vec3& p) const override;
+    Vec3 piece_gradient(std::int32_t piece, const Vec3& p) const override;
 
     /// Which surface gives the value at p, and with which sign. The surface is -1, the sign 0 and
     /// the value infinite where the field is constant.

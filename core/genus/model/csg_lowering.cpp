@@ -78,6 +78,29 @@ public:
             {Surface::Kind::Torus, Quadric({}), torus, power_of_two_scale(longest), leaf_});
     }
 
+    /// In the coordinates of the caller, and scaled, as new instructions.
+    void function(const Function& own, const Box3& box)
+    {
+        const Transform back = inverse(map_);
+        std::array<Expression, 3> local;
+        const std::array<Expression, 3> at{Expression::x(), Expression::y(), Expression::z()};
+        for (std::size_t i = 0; i < 3; ++i) {
+            local[i] = back.m[i][3];
+            for (std::size_t j = 0; j < 3; ++j) {
+                if (back.m[i][j] == 0.0) continue;
+                const Expression term = back.m[i][j] * at[j];
+                local[i] = back.m[i][3] == 0.0 && local[i].number() ? term : local[i] + term;
+            }
+        }
+        const Expression moved = substituted(own.expression(), local);
+        const Function unscaled(moved);
+        Box3 placed;
+        for (int corner = 0; corner < 8; ++corner) placed.add(apply(map_, corner_of(box, corner)));
+        const double scale = power_of_two_scale(middle_slope(unscaled, placed));
+        surfaces.push_back({Surface::Kind::Function, Quadric({}), std::nullopt, 1.0, leaf_,
+                            std::make_shared<const Function>(Expression(scale) * moved), placed});
+    }
+
     void box_sides(const Box3& box)
     {
         for (int i = 0; i < 3; ++i) {
@@ -91,6 +114,29 @@ public:
     std::vector<Surface> surfaces;
 
 private:
+    /// The median length of gradients next to the surface.
+    static double middle_slope(const Function& function, const Box3& box)
+    {
+        constexpr int kSteps = 8;
+        std::vector<std::pair<double, double>> found;  // distance to first order, length
+        for (int n = 0; n < kSteps * kSteps * kSteps; ++n) {
+            Vec3 p;
+            const std::array<int, 3> at{n % kSteps, n / kSteps % kSteps, n / (kSteps * kSteps)};
+            for (std::size_t i = 0; i < 3; ++i)
+                p[i] = box.min[i] + (at[i] + 0.5) / kSteps * (box.max[i] - box.min[i]);
+            const double length = norm(function.gradient(p));
+            const double away = std::fabs(function.value(p)) / length;
+            if (length > 0.0 && std::isfinite(length) && std::isfinite(away))
+                found.emplace_back(away, length);
+        }
+        if (found.empty()) return 1.0;
+        std::sort(found.begin(), found.end());
+        found.resize((found.size() + 7) / 8);
+        std::sort(found.begin(), found.end(),
+                  [](const auto& a, const auto& b) { return a.second < b.second; });
+        return found[found.size() / 2].second;
+    }
+
     static Vec3 corner_of(const Box3& box, int i)
     {
         return {{i & 1 ? box.max[0] : box.min[0], i & 2 ? box.max[1] : box.min[1],
@@ -148,6 +194,9 @@ void write_leaf(LeafWriter& out, const Shape& shape)
     } else if (const auto* any = std::get_if<QuadricShape>(&shape)) {
         out.quadric(any->surface, any->bounds);
         if (any->bounds) out.box_sides(*any->bounds);
+    } else if (const auto* any_function = std::get_if<ImplicitShape>(&shape)) {
+        out.function(*any_function->function, any_function->bounds);
+        out.box_sides(any_function->bounds);
     } else if (std::holds_alternative<Freeform>(shape)) {
         throw InvalidInput("there is no formula for it, only a mesh");
     }
@@ -215,8 +264,11 @@ public:
 private:
     static double compare(const Surface& kept, const Surface& surface, double reach)
     {
-        if ((kept.kind == Surface::Kind::Torus) != (surface.kind == Surface::Kind::Torus))
+        if ((kept.kind == Surface::Kind::Torus) != (surface.kind == Surface::Kind::Torus) ||
+            (kept.kind == Surface::Kind::Function) != (surface.kind == Surface::Kind::Function))
             return 0.0;
+        if (kept.kind == Surface::Kind::Function)
+            return *kept.function == *surface.function ? 1.0 : 0.0;
         if (kept.kind == Surface::Kind::Torus) return *kept.torus == *surface.torus ? 1.0 : 0.0;
         return factor_between(kept.quadric.local(),
                               surface.quadric.about(kept.quadric.origin()).local(), reach);
@@ -225,6 +277,8 @@ private:
     /// The same for multiples of one function; nearly the same for nearly equal ones.
     static double key_of(const Surface& surface)
     {
+        if (surface.kind == Surface::Kind::Function)
+            return static_cast<double>(surface.function->hash() >> 32);
         if (surface.kind == Surface::Kind::Torus) {
             const auto& m = surface.torus->placement().m;
             return surface.torus->R() + m[0][3] + 0.7 * m[1][3] + 0.6 * m[2][3];

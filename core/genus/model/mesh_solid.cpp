@@ -37,6 +37,9 @@ constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
 constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
+// Bounds of functions that are no polynomials are wider by about this.
+constexpr double kFunctionShare = 0.2;
+constexpr std::int64_t kMostFunctionCells = 400'000;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
@@ -72,6 +75,12 @@ private:
     double last_;
 };
 
+bool has_function(const CsgField& field)
+{
+    return std::any_of(field.surfaces().begin(), field.surfaces().end(),
+                       [](const Surface& s) { return s.function != nullptr; });
+}
+
 // One solid on its way to a mesh.
 class Road {
 public:
@@ -89,20 +98,24 @@ public:
 
     void run()
     {
+        for (const SurfaceForm& form : forms_)
+            if (!form.is_bounded()) give_up("rounding of a formula has no bound");
         // The finer the tolerance the more the short way saves.
         const double finer = kSandwichWidth * cube_.diagonal() / result_.tolerance;
-        const int attempts = finer < kLeastSandwich         ? 0
-                             : finer < 8.0 * kLeastSandwich ? kQuickAttempts
-                                                            : 2 * kQuickAttempts;
+        const int attempts = has_function_ || finer < kLeastSandwich ? 0
+                             : finer < 8.0 * kLeastSandwich          ? kQuickAttempts
+                                                                     : 2 * kQuickAttempts;
         if (meshed(attempts, wide_cells(),
                    [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
             return;
-        if (!meshed(kMaxAttempts, CellDemands{},
+        if (!meshed(has_function_ ? kQuickAttempts : kMaxAttempts, CellDemands{},
                     [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
             give_up("the tolerance was not reached");
     }
 
 private:
+    double edge_share() const { return has_function_ ? kFunctionShare * kEdgeShare : kEdgeShare; }
+
     // What is asked of the cells of a mesh that only has to have the right form.
     CellDemands wide_cells() const
     {
@@ -124,7 +137,8 @@ private:
         std::size_t work = 0, budget = 0;
         for (int attempt = 0; attempt < attempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / attempts);
-            mesher.refine(demands, 4 * options_.max_triangles + 1000);
+            mesher.refine(demands,
+                          has_function_ ? kMostFunctionCells : 4 * options_.max_triangles + 1000);
             SurfaceMesh mesh = mesher.extract();
             const bool closed = separate_fans(mesh);
             clock_.end("mesh");
@@ -159,8 +173,8 @@ private:
             if (pass == 0) coarsen(mesh, forms_);
             const std::size_t before = mesh.n_vertices();
             current_progress().report("refine", 0.0);
-            const std::vector<Box3> stuck = subdivide(mesh, forms_, kEdgeShare * result_.tolerance,
-                                                      factors, options_.max_triangles);
+            const std::vector<Box3> stuck = subdivide(
+                mesh, forms_, edge_share() * result_.tolerance, factors, options_.max_triangles);
             const bool grew = mesh.n_vertices() > before;
             if (pass == 0) factors.clear();
             surface = mesh.release();
@@ -342,6 +356,7 @@ private:
     StageClock clock_;
     CsgField field_;
     SignFormula formula_;
+    bool has_function_ = has_function(field_);
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
     SurfaceMesh last_;                              // the last one without a certificate
@@ -437,6 +452,20 @@ private:
     std::vector<SurfaceForm> forms_;
 };
 
+// Bounds of a function may be too wide to prove what is so, as next to a root: then its mesh comes
+// from a grid, with the error sampled.
+void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options,
+                 MeshedSolid& result)
+{
+    try {
+        Road(solid, box, options, result).run();
+    } catch (const ToleranceNotMet&) {
+        if (!has_function(CsgField(solid))) throw;
+        result.method = "emc";
+        GridRoad(solid, box, options, result).run();
+    }
+}
+
 // Coordinates of curved solids are rounded; what is asked for must leave room for that.
 void require_above_rounding(double tolerance, const Box3& box)
 {
@@ -486,7 +515,7 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
         made.tolerance = 0.5 * result.tolerance;
         MeshOptions part_options = options;
         part_options.measure = false;
-        Road(part, require_bounded(part), part_options, made).run();
+        mesh_curved(part, require_bounded(part), part_options, made);
         mesh = std::move(made.mesh);
         return made.error.bound;
     };
@@ -505,7 +534,7 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
             result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
             GridRoad(planned, box, options, result).run();
         } else {
-            Road(planned, box, options, result).run();
+            mesh_curved(planned, box, options, result);
         }
     } catch (const ToleranceNotMet& failure) {
         throw ToleranceNotMet(failure.what(), asked, failure.reached(), failure.where());

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <optional>
+
+#include "genus/volume/crossing.h"
 
 namespace genus {
 namespace {
@@ -132,10 +136,68 @@ std::vector<double> torus_roots(const Torus& torus, const Vec3& origin, const Ve
     return roots;
 }
 
+// The part of a ray in a box, a little more than that; nothing if it passes by.
+std::optional<Interval> part_in(const Box3& box, const Vec3& origin, const Vec3& direction)
+{
+    double low = -std::numeric_limits<double>::infinity(), high = -low;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (direction[i] == 0.0) {
+            if (origin[i] < box.min[i] || origin[i] > box.max[i]) return std::nullopt;
+            continue;
+        }
+        const double a = (box.min[i] - origin[i]) / direction[i];
+        const double b = (box.max[i] - origin[i]) / direction[i];
+        low = std::max(low, std::min(a, b));
+        high = std::min(high, std::max(a, b));
+    }
+    if (!(low <= high)) return std::nullopt;
+    const double more = 1e-9 * (high - low) + 1e-12 * (std::fabs(low) + std::fabs(high));
+    return Interval(low - more, high + more);
+}
+
+// Changes of sign of the function along the ray, by halving what bounds leave open: a piece without
+// a zero is done, one on which the function is monotone has at most one. What happens within 2^-40
+// of the way is taken as one crossing or none.
+std::vector<double> function_roots(const Function& function, const Box3& box, const Vec3& origin,
+                                   const Vec3& direction)
+{
+    const auto part = part_in(box, origin, direction);
+    if (!part) return {};
+    std::array<Expression, 3> at;
+    for (std::size_t i = 0; i < 3; ++i)
+        at[i] = Expression(origin[i]) + Expression(direction[i]) * Expression::x();
+    const Function along(substituted(function.expression(), at));
+    const auto value = [&](double t) { return along.value({{t, 0.0, 0.0}}); };
+    std::vector<double> roots;
+    std::vector<Interval> open{*part};
+    const double least = 0x1p-40 * part->width();
+    while (!open.empty()) {
+        const Interval t = open.back();
+        open.pop_back();
+        const Box3 span{{{t.lo, 0.0, 0.0}}, {{t.hi, 0.0, 0.0}}};
+        const Interval range = along.bound(span);
+        if (range.lo > 0.0 || range.hi < 0.0) continue;
+        const Interval slope = along.gradient_bound(span)[0];
+        if (slope.lo > 0.0 || slope.hi < 0.0 || t.width() <= least) {
+            const double first = value(t.lo), last = value(t.hi);
+            if ((first < 0.0) == (last < 0.0)) continue;
+            const double share =
+                find_root([&](double s) { return value(t.lo + s * t.width()); }, first, last);
+            roots.push_back(t.lo + share * t.width());
+            continue;
+        }
+        open.push_back({t.mid(), t.hi});
+        open.push_back({t.lo, t.mid()});
+    }
+    return roots;
+}
+
 }  // namespace
 
 std::vector<double> ray_roots(const Surface& surface, const Vec3& origin, const Vec3& direction)
 {
+    if (surface.kind == Surface::Kind::Function)
+        return function_roots(*surface.function, surface.function_box, origin, direction);
     std::vector<double> roots = surface.kind == Surface::Kind::Torus
                                     ? torus_roots(*surface.torus, origin, direction)
                                     : quadric_roots(surface.quadric, origin, direction);

@@ -64,6 +64,11 @@ struct HashShape {
         h.add(s.bounds.has_value());
         if (s.bounds) h.add(s.bounds->min), h.add(s.bounds->max);
     }
+    void operator()(const ImplicitShape& s) const
+    {
+        h.add(s.function->hash());
+        h.add(s.bounds.min), h.add(s.bounds.max);
+    }
     void operator()(const Polyhedron& s) const
     {
         h.add(s.deviation);
@@ -316,6 +321,7 @@ Box3 image_box(const Solid& solid, const Transform& t, int steps = 16)
     if (const auto* s = std::get_if<Polyhedron>(&shape)) return axis_box(*s, t);
     if (const auto* s = std::get_if<HalfSpace>(&shape)) return half_space_box(*s, t);
     if (const auto* s = std::get_if<QuadricShape>(&shape)) return quadric_box(*s, t);
+    if (const auto* s = std::get_if<ImplicitShape>(&shape)) return axis_box(s->bounds, t);
     return axis_box(solid.bounds(), t);
 }
 
@@ -408,6 +414,10 @@ struct Describe {
     std::string operator()(const QuadricShape& s) const
     {
         return "quadric(" + numbers(s.surface.upper_triangle()) + ")";
+    }
+    std::string operator()(const ImplicitShape& s) const
+    {
+        return "implicit(" + to_text(s.function->expression(), 60) + ")";
     }
     std::string operator()(const Polyhedron& s) const
     {
@@ -554,6 +564,14 @@ Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds)
     if (bounds) require(!bounds->empty() && bounds->bounded(), "quadric: bounds empty or infinite");
     const QuadricShape shape{surface, bounds};
     return make(shape, quadric_box(shape, Transform{}));
+}
+
+Solid implicit(const Expression& expression, const Box3& bounds)
+{
+    require(!bounds.empty() && bounds.bounded(), "implicit: bounds empty or infinite");
+    const auto function = std::make_shared<const Function>(expression);
+    if (function->bound(bounds).lo > 0.0) return Solid();
+    return make(ImplicitShape{function, bounds}, bounds);
 }
 
 Solid polyhedron(PolygonMesh mesh, double deviation)

@@ -12,6 +12,7 @@
 
 #include "genus/base/box.h"
 #include "genus/base/transform.h"
+#include "genus/implicit/function.h"
 #include "genus/implicit/quadric.h"
 #include "genus/mesh/indexed_mesh.h"
 
@@ -87,6 +88,15 @@ struct QuadricShape {
     std::optional<Box3> bounds;
     bool operator==(const QuadricShape&) const = default;
 };
+/// Where any function is not positive, cut to `bounds`.
+struct ImplicitShape {
+    std::shared_ptr<const Function> function;
+    Box3 bounds;
+    bool operator==(const ImplicitShape& o) const
+    {
+        return bounds == o.bounds && (function == o.function || *function == *o.function);
+    }
+};
 struct Polyhedron {
     std::shared_ptr<const PolygonMesh> mesh;
     /// How far the mesh may be from a curved shape that it stands for.
@@ -127,9 +137,9 @@ struct Colored {
     bool operator==(const Colored&) const = default;
 };
 
-using Shape =
-    std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace, QuadricShape,
-                 Polyhedron, Freeform, Union, Intersection, Difference, Transformed, Colored>;
+using Shape = std::variant<Empty, Cube, Sphere, Ellipsoid, Cylinder, TorusShape, HalfSpace,
+                           QuadricShape, ImplicitShape, Polyhedron, Freeform, Union, Intersection,
+                           Difference, Transformed, Colored>;
 
 struct Node {
     Shape shape;
@@ -168,6 +178,8 @@ Solid cylinder(double h, double r1, double r2, bool center = false, int fragment
 Solid torus(double R, double r);
 Solid half_space(const Vec3& normal, double offset);
 Solid quadric(const Quadric& surface, const std::optional<Box3>& bounds = std::nullopt);
+/// All points of the box where the expression is not positive; what is undefined is outside.
+Solid implicit(const Expression& expression, const Box3& bounds);
 /// A closed mesh as a solid. Checks indices and finiteness only; whether it is closed and oriented
 /// is checked by whoever needs it, with the face named.
 /// `deviation`, if not zero, is the distance to the curved shape that the mesh stands for; it goes

@@ -227,8 +227,14 @@ Interval hull_of(const Coefficients& b, double scale, double slack)
 }  // namespace
 
 SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
-    : kind_(surface.kind), origin_(box.center())
+    : kind_(surface.kind), function_(surface.function), origin_(box.center())
 {
+    if (function_) {
+        slack_ = 2.0 * function_->rounding_error(box);
+        bounded_ = slack_ < 1e-3 * box.diagonal();
+        if (!bounded_) slack_ = 1e-12 * box.diagonal();
+        return;
+    }
     if (kind_ == Surface::Kind::Torus) {
         const Torus& torus = *surface.torus;
         const auto& place = torus.placement().m;
@@ -270,6 +276,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
 
 double SurfaceForm::value(const Vec3& p) const
 {
+    if (function_) return function_->value(p);
     const Vec3 u = p - origin_;
     if (kind_ != Surface::Kind::Torus) return evaluate(q_, u);
     const double s = evaluate(s_, u);
@@ -278,13 +285,41 @@ double SurfaceForm::value(const Vec3& p) const
 
 Vec3 SurfaceForm::gradient(const Vec3& p) const
 {
+    if (function_) return function_->gradient(p);
     const Vec3 u = p - origin_;
     if (kind_ != Surface::Kind::Torus) return slope(q_, u);
     return scale_ * (2.0 * evaluate(s_, u) * slope(s_, u) - slope(t_, u));
 }
 
+// F over a hull is F at its middle and the gradient times the way to the corners, as what is linear
+// on the hull is extreme there.
+Interval SurfaceForm::mean_range(std::span<const Vec3> hull) const
+{
+    Box3 box;
+    Vec3 middle;
+    for (const Vec3& p : hull) {
+        box.add(p);
+        middle += p / static_cast<double>(hull.size());
+    }
+    box.add(middle);
+    const Interval natural = function_->bound(box);
+    if (natural.lo > 0.0 || natural.hi < 0.0) return natural;
+    const IntervalVec3 g = function_->gradient_bound(box);
+    const Interval centre = function_->bound({middle, middle});
+    Interval mean(std::numeric_limits<double>::infinity(),
+                  -std::numeric_limits<double>::infinity());
+    for (const Vec3& p : hull) {
+        Interval change = centre;
+        for (std::size_t i = 0; i < 3; ++i)
+            change = change + g[i] * (Interval(p[i]) - Interval(middle[i]));
+        mean = genus::hull(mean, change);
+    }
+    return {std::max(natural.lo, mean.lo), std::min(natural.hi, mean.hi)};
+}
+
 Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
 {
+    if (function_) return mean_range(triangle);
     const std::array<Vec3, 3> p{triangle[0] - origin_, triangle[1] - origin_,
                                 triangle[2] - origin_};
     if (is_plane()) {
@@ -311,6 +346,7 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
 
 Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
 {
+    if (function_) return mean_range(tet);
     const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
                                 tet[3] - origin_};
     if (is_plane()) {
@@ -324,6 +360,7 @@ Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
 
 Interval SurfaceForm::range(std::span<const Vec3> hull) const
 {
+    if (function_) return mean_range(hull);
     if (kind_ == Surface::Kind::Torus) {
         Box3 box;
         for (const Vec3& p : hull) box.add(p);
@@ -350,7 +387,7 @@ double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& directio
                                 double sign) const
 {
     const double margin = 2.0 * gradient_slack_ * norm(direction);
-    if (kind_ == Surface::Kind::Torus) {
+    if (!is_quadratic()) {
         Box3 box;
         for (const Vec3& p : hull) box.add(p);
         const IntervalVec3 g = gradient_range(box);
@@ -365,7 +402,7 @@ double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& directio
 std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& direction) const
 {
     double t = 0.0;
-    if (kind_ != Surface::Kind::Torus) {
+    if (is_quadratic()) {
         // F(p + t d) = f + g t + h t^2; the root nearest to 0 without cancellation.
         Quadratic second = q_;
         std::fill(second.begin(), second.begin() + 4, 0.0);
@@ -377,8 +414,8 @@ std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& directi
         if (sum == 0.0) return std::nullopt;
         t = -2.0 * f / sum;
     }
-    // The closed form is polished; a torus is all Newton.
-    const int steps = kind_ == Surface::Kind::Torus ? 20 : 2;
+    // The closed form is polished; others are all Newton.
+    const int steps = is_quadratic() ? 2 : 20;
     for (int step = 0; step < steps; ++step) {
         const Vec3 at = p + t * direction;
         const double f = value(at);
@@ -393,6 +430,13 @@ std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& directi
 
 Interval SurfaceForm::range(const Box3& box) const
 {
+    if (function_) {
+        std::array<Vec3, 8> corners;
+        for (std::size_t c = 0; c < 8; ++c)
+            for (std::size_t i = 0; i < 3; ++i)
+                corners[c][i] = (c >> i & 1) != 0 ? box.max[i] : box.min[i];
+        return mean_range(corners);
+    }
     if (kind_ != Surface::Kind::Torus) {
         const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
         Vec3 most;
@@ -413,6 +457,7 @@ Interval SurfaceForm::range(const Box3& box) const
 
 IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
 {
+    if (function_) return function_->gradient_bound(box);
     const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
     if (kind_ != Surface::Kind::Torus) return slope_range(q_, b);
     const Interval s = range_of(s_, b);
@@ -439,6 +484,16 @@ IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
 double SurfaceForm::linear_error(const std::array<Vec3, 4>& tet) const
 {
     if (is_plane()) return 0.0;
+    if (function_) {
+        // F - L is a mean of (g - g0) . (p - corner), g in the bounds of the gradient and g0 its
+        // middle; along an axis the mean of |p - corner| is at most half the width.
+        Box3 box;
+        for (const Vec3& corner : tet) box.add(corner);
+        const IntervalVec3 g = function_->gradient_bound(box);
+        double error = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) error += 0.25 * g[i].width() * box.size()[i];
+        return error * (1.0 + 8.0 * kEps) + slack_;
+    }
     const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
                                 tet[3] - origin_};
     double most = 0.0;

@@ -16,7 +16,8 @@ namespace genus {
 /// A surface of a CsgField as polynomials, made for bounds over triangles and tetrahedra: a
 /// quadratic has six Bernstein coefficients over a triangle and ten over a tetrahedron, the quartic
 /// of a torus is a product of quadratics. The coefficients enclose the range, sharply for planes
-/// and for small simplices.
+/// and for small simplices. A function that is no polynomial is bounded by intervals: its value at
+/// the middle and its gradient over the box round the simplex.
 ///
 /// Bounds hold for points of the box given to the constructor: `slack` covers all rounding there.
 ///
@@ -45,19 +46,29 @@ public:
     IntervalVec3 gradient_range(const Box3& box) const;
     /// Largest difference between F and its linear interpolant over the tetrahedron, as a bound.
     double linear_error(const std::array<Vec3, 4>& tet) const;
-    /// Rounding error of `value`, at most, in the box.
+    /// Rounding error of `value`, at most, in the box; a guess if not `is_bounded`.
     double slack() const { return slack_; }
+    /// False for a function whose rounding error has no bound, as next to a pole.
+    bool is_bounded() const { return bounded_; }
 
 private:
     // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
     using Quadratic = std::array<double, 10>;
 
+    bool is_quadratic() const
+    {
+        return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
+    }
+    Interval mean_range(std::span<const Vec3> hull) const;
+
     Surface::Kind kind_;
+    std::shared_ptr<const Function> function_;
     Vec3 origin_;
     Quadratic q_{};        // plane or quadric
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
+    bool bounded_ = true;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
 };
 

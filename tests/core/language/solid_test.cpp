@@ -35,6 +35,8 @@ TEST(Solids, HaveTheExtentTheyAreWrittenWith)
     expect_bounds("mirror([1, 0, 0]) scale([2, 1, 1]) cube(1);", {{-2, 0, 0}}, {{0, 1, 1}});
     expect_bounds("multmatrix([[1, 0, 0, 5]]) cube(1);", {{5, 0, 0}}, {{6, 1, 1}});
     expect_bounds("torus(R = 3, r = 1);", {{-4, -4, -1}}, {{4, 4, 1}});
+    expect_bounds("implicit(\"x^2 + y^2 + z^2 - 1\", [[-2, -2, -2], [2, 2, 3]]);", {{-2, -2, -2}},
+                  {{2, 2, 3}});
     expect_bounds("ellipsoid(1, 2, 3);", {{-1, -2, -3}}, {{1, 2, 3}});
     expect_bounds("ellipsoid([1, 2, 3]);", {{-1, -2, -3}}, {{1, 2, 3}});
     expect_bounds("cone(h = 2, r = 1);", {{-1, -1, 0}}, {{1, 1, 2}});
@@ -150,6 +152,9 @@ TEST(Solids, WhatCannotBeMadeIsToldWhereItIsMade)
     }
     EXPECT_THROW(read("torus(R = 1, r = 2);"), ModelError);
     EXPECT_THROW(read("torus();"), ModelError);
+    for (const char* wrong : {"implicit(\"x +\", [[0, 0, 0], [1, 1, 1]]);", "implicit(1, 2);",
+                              "implicit(\"x\");", "implicit(\"x\", [[0, 0, 0]]);"})
+        EXPECT_THROW(read(wrong), ModelError) << wrong;
 }
 
 TEST(Options, DefinesReplaceVariables)

@@ -1,0 +1,111 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "genus/base/error.h"
+#include "genus/implicit/parse_expression.h"
+#include "genus/mesh/measure.h"
+#include "genus/mesh/topology.h"
+#include "genus/mesh/validate.h"
+#include "genus/model/csg_field.h"
+#include "genus/model/mesh_solid.h"
+#include "genus/model/queries.h"
+#include "genus/model/solid.h"
+
+namespace genus {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Box3 around(double half)
+{
+    return {{{-half, -half, -half}}, {{half, half, half}}};
+}
+
+Solid formula(const std::string& text, double half)
+{
+    return implicit(parse_expression(text), around(half));
+}
+
+MeshedSolid meshed(const Solid& solid, double tolerance, MeshMethod method = MeshMethod::Auto)
+{
+    MeshOptions options;
+    options.tolerance = tolerance;
+    options.method = method;
+    MeshedSolid made = mesh_solid(solid, options);
+    EXPECT_TRUE(validate(made.mesh).ok());
+    EXPECT_LE(made.error.measured, made.error.bound);
+    EXPECT_LE(made.error.bound, tolerance);
+    return made;
+}
+
+TEST(ImplicitSolid, ABallFromItsFormulaIsProvenWithinTheTolerance)
+{
+    const MeshedSolid made = meshed(formula("x^2 + y^2 + z^2 - 1", 1.5), 1e-2);
+    EXPECT_TRUE(made.error.certified);
+    EXPECT_EQ(topology(made.mesh).euler, 2);
+    for (const Vec3& v : made.mesh.vertices) EXPECT_NEAR(norm(v), 1.0, made.error.bound);
+}
+
+TEST(ImplicitSolid, MixesWithQuadrics)
+{
+    const Solid cut = subtract({formula("x^2 + y^2 + z^2 - 1", 1.5), cylinder(4, 0.4, 0.4, true)});
+    const MeshedSolid made = meshed(cut, 2e-2);
+    EXPECT_EQ(topology(made.mesh).genus, 1);
+    const double h = std::sqrt(1.0 - 0.16);
+    EXPECT_NEAR(volume(made.mesh), 4.0 / 3.0 * kPi * h * h * h, 4 * kPi * made.error.bound);
+}
+
+TEST(ImplicitSolid, IsMovedScaledAndMirrored)
+{
+    const Solid egg =
+        transformed(formula("x^2 + y^2 + z^2 - 1", 1.5),
+                    translation({{5, 0, 0}}) * rotation({{10, 20, 30}}) * scaling({{1, 2, -1}}));
+    const CsgField field(egg);
+    EXPECT_LT(field.value({{5, 0, 0}}), 0.0);
+    EXPECT_GT(field.value({{0, 0, 0}}), 0.0);
+    const MeshedSolid made = meshed(egg, 5e-2);
+    EXPECT_NEAR(volume(made.mesh), 8.0 / 3.0 * kPi, 0.6);
+}
+
+TEST(ImplicitSolid, RaysAreOrdered)
+{
+    const Solid waves = formula("sin(3*x)", 2.0);
+    const auto hits = ray_cast(waves, {{-3, 0.1, 0.2}}, {{1, 0, 0}});
+    // Inside where sin(3x) <= 0: from -1.047 to 0, 1.047 to 2, and before -1.047 down to -2 not.
+    ASSERT_EQ(hits.size(), 4u);
+    const double expected[] = {-kPi / 3, 0.0, kPi / 3, 2.0};
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(hits[i].point[0], expected[i], 1e-12);
+        EXPECT_EQ(hits[i].entering, i % 2 == 0);
+    }
+}
+
+TEST(ImplicitSolid, WhatCannotBeProvenIsEstimated)
+{
+    // A pole inside the ball; roots without a bounded slope at their ends.
+    const MeshedSolid pole = meshed(formula("1 <= 1/(x^2 + y^2 + z^2)", 1.5), 0.05);
+    EXPECT_EQ(topology(pole.mesh).euler, 2);
+    EXPECT_FALSE(pole.error.certified);
+    EXPECT_NEAR(volume(pole.mesh), 4.0 / 3.0 * kPi, 0.3);
+    if (!std::getenv("GENUS_LONG")) return;
+    const MeshedSolid star =
+        meshed(formula("sqrt(abs(x)) + sqrt(abs(y)) + sqrt(abs(z)) - 1.2", 1.6), 0.05);
+    EXPECT_EQ(topology(star.mesh).euler, 2);
+    EXPECT_FALSE(star.error.certified);
+}
+
+TEST(ImplicitSolid, RefusesBadBounds)
+{
+    const Expression ball = parse_expression("x^2 + y^2 + z^2 - 1");
+    EXPECT_THROW(implicit(ball, Box3{}), InvalidInput);
+    EXPECT_THROW(implicit(ball, Box3::everything()), InvalidInput);
+    EXPECT_TRUE(implicit(parse_expression("1"), around(1)).is_empty());
+    EXPECT_EQ(implicit(ball, around(2)), implicit(ball, around(2)));
+    EXPECT_FALSE(implicit(ball, around(2)) == implicit(ball, around(3)));
+}
+
+}  // namespace
+}  // namespace genus
