@@ -9,7 +9,7 @@ namespace genus {
 namespace {
 
 constexpr double kShareOfEdge = 0.15;  // of the shortest at a vertex
-constexpr double kSlope = 0.125;         // most change along an edge, beside its length
+constexpr double kSlope = 0.125;       // most change along an edge, beside its length
 constexpr int kRounds = 4;
 constexpr double kBeyond = 1.0;  // of the distance from the mesh to that of the sandwich
 
