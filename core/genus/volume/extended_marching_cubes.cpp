@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/volume/cell_case.h"
 #include "genus/volume/crossed_cells.h"
@@ -40,11 +41,15 @@ public:
     Extractor(const FieldSamples& samples, const FeatureOptions& features)
         : samples_(samples),
           features_(features),
-          cells_(samples.size(),
-                 [&](std::uint64_t* bits, std::size_t words) { samples.mark_inside(bits, words); })
+          cells_(samples.size(), [&](std::uint64_t* bits, std::size_t words) {
+              decided_ = samples.mark_inside(bits, words);
+          })
     {
         cells_.number([](const CrossedCells::Cell&) { return CrossedCells::RowCounts{}; });
     }
+
+    /// Samples that bounds decided.
+    std::int64_t decided() const { return decided_; }
 
     IndexedMesh extract()
     {
@@ -73,6 +78,7 @@ private:
 
     const FieldSamples& samples_;
     const FeatureOptions& features_;
+    std::int64_t decided_ = 0;
     CrossedCells cells_;
     std::vector<TangentElement> elements_;  // of the vertices on grid edges
     IndexedMesh mesh_;
@@ -205,9 +211,13 @@ void Extractor::flip_across_features(const std::vector<Part>& parts)
 IndexedMesh extended_marching_cubes(const Implicit& field, const Box3& box,
                                     const ExtendedMarchingCubesOptions& options)
 {
+    require(std::isfinite(options.level), "extended_marching_cubes: level", options.level,
+            "finite");
     const FieldSamples samples(field, cover(box, options.cell_size), options.level,
-                               options.close_border);
-    return Extractor(samples, options.features).extract();
+                               options.close_border, options.skip);
+    Extractor extractor(samples, options.features);
+    if (options.report) *options.report = {samples.n_samples(), extractor.decided()};
+    return extractor.extract();
 }
 
 }  // namespace genus

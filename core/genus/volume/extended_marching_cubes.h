@@ -4,6 +4,7 @@
 #include "genus/implicit/implicit.h"
 #include "genus/mesh/indexed_mesh.h"
 #include "genus/volume/feature_vertex.h"
+#include "genus/volume/marching_cubes.h"
 
 namespace genus {
 
@@ -12,6 +13,8 @@ struct ExtendedMarchingCubesOptions {
     double level = 0.0;      // field value on the surface
     bool close_border = true;
     FeatureOptions features;
+    bool skip = true;                  // as for MarchingCubesOptions
+    SamplingReport* report = nullptr;  // likewise
 };
 
 /// Triangulates the level set of `field` inside `box` with its sharp edges and corners.

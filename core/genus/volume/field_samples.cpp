@@ -1,7 +1,9 @@
 #include "genus/volume/field_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "genus/base/parallel.h"
@@ -11,13 +13,14 @@ namespace genus {
 namespace {
 
 constexpr std::int32_t kWord = 64;
-constexpr std::int32_t kTile = 16;        // rows of a task along y and z
-constexpr std::int64_t kFewSamples = 48;  // fewer are evaluated one by one
+constexpr std::int32_t kTile = 16;       // rows of a task along y and z
+constexpr std::size_t kFewSamples = 48;  // no more are evaluated at once
 
 }  // namespace
 
-FieldSamples::FieldSamples(const Implicit& field, const GridLayout& grid, double level, bool padded)
-    : field_(field), grid_(grid), level_(level), pad_(padded ? 1 : 0)
+FieldSamples::FieldSamples(const Implicit& field, const GridLayout& grid, double level, bool padded,
+                           bool skip)
+    : field_(field), grid_(grid), level_(level), pad_(padded ? 1 : 0), skip_(skip)
 {
     for (int axis = 0; axis < 3; ++axis) size_[axis] = grid.size[axis] + 2 * pad_;
 }
@@ -58,17 +61,27 @@ std::int64_t FieldSamples::mark_block(const Block& block, std::uint64_t* bits,
         const std::size_t row = j + static_cast<std::size_t>(size_[1]) * k;
         return bits[row * words + block.low[0] / kWord];
     };
-    if (block.n_samples() <= kFewSamples) {
-        for (std::int32_t k = block.low[2]; k < block.high[2]; ++k)
-            for (std::int32_t j = block.low[1]; j < block.high[1]; ++j)
-                for (std::int32_t i = block.low[0]; i < block.high[0]; ++i)
-                    if (field_.value(point(i, j, k)) < level_)
-                        word_of(j, k) |= std::uint64_t{1} << (i % kWord);
+    if (block.n_samples() <= static_cast<std::int64_t>(kFewSamples)) {
+        std::array<Vec3, kFewSamples> points;
+        std::array<double, kFewSamples> values;
+        std::size_t n = 0;
+        const auto for_samples = [&](const auto& f) {
+            for (std::int32_t k = block.low[2]; k < block.high[2]; ++k)
+                for (std::int32_t j = block.low[1]; j < block.high[1]; ++j)
+                    for (std::int32_t i = block.low[0]; i < block.high[0]; ++i) f(i, j, k);
+        };
+        for_samples(
+            [&](std::int32_t i, std::int32_t j, std::int32_t k) { points[n++] = point(i, j, k); });
+        field_.values(std::span(points).first(n), std::span(values).first(n));
+        n = 0;
+        for_samples([&](std::int32_t i, std::int32_t j, std::int32_t k) {
+            if (values[n++] < level_) word_of(j, k) |= std::uint64_t{1} << (i % kWord);
+        });
         return 0;
     }
     const Box3 box{point(block.low[0], block.low[1], block.low[2]),
                    point(block.high[0] - 1, block.high[1] - 1, block.high[2] - 1)};
-    const Interval range = field_.bound(box);
+    const Interval range = skip_ ? field_.bound(box) : Interval::everything();
     if (range.lo >= level_) return block.n_samples();
     if (range.hi < level_) {
         const std::int32_t width = block.high[0] - block.low[0];

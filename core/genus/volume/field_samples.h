@@ -13,13 +13,20 @@ namespace genus {
 /// are marked without evaluating them.
 class FieldSamples {
 public:
-    FieldSamples(const Implicit& field, const GridLayout& grid, double level, bool padded);
+    /// Without `skip` every sample is evaluated; the marks are the same.
+    FieldSamples(const Implicit& field, const GridLayout& grid, double level, bool padded,
+                 bool skip = true);
 
     const GridSize& size() const { return size_; }
     int pad() const { return pad_; }
     const GridFrame& frame() const { return grid_.frame; }
     const Implicit& field() const { return field_; }
     double level() const { return level_; }
+    /// True samples, without the layer.
+    std::int64_t n_samples() const
+    {
+        return std::int64_t{grid_.size[0]} * grid_.size[1] * grid_.size[2];
+    }
 
     Vec3 point(std::int32_t i, std::int32_t j, std::int32_t k) const
     {
@@ -52,6 +59,7 @@ private:
     GridSize size_{};
     double level_;
     std::int32_t pad_;
+    bool skip_;
 };
 
 }  // namespace genus

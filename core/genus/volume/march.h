@@ -88,10 +88,14 @@ public:
         : samples_(samples),
           crossings_(crossings),
           cases_(cube_cases()),
-          cells_(samples.size(),
-                 [&](std::uint64_t* bits, std::size_t words) { samples.mark_inside(bits, words); })
+          cells_(samples.size(), [&](std::uint64_t* bits, std::size_t words) {
+              decided_ = samples.mark_inside(bits, words);
+          })
     {
     }
+
+    /// Samples that bounds decided.
+    std::int64_t decided() const { return decided_; }
 
     IndexedMesh run()
     {
@@ -229,6 +233,7 @@ private:
     const Samples& samples_;
     const Crossings& crossings_;
     const CubeCases& cases_;
+    std::int64_t decided_ = 0;
     CrossedCells cells_;
     IndexedMesh mesh_;
 };

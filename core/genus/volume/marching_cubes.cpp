@@ -17,7 +17,8 @@ IndexedMesh march_samples(std::span<const Value> values, GridSize size, const Gr
     require(std::isfinite(options.level), "marching_cubes: level", options.level, "finite");
     if (options.order == SampleOrder::LastFastest) std::swap(size[0], size[2]);
     const PaddedSamples<Value> samples(values, size, options.level, options.close_border);
-    return March(samples, LinearCrossings(samples, frame, options.order)).run();
+    const LinearCrossings crossings(samples, frame, options.order);
+    return March(samples, crossings).run();
 }
 
 template <typename Value>
@@ -41,8 +42,11 @@ IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
 {
     require(std::isfinite(options.level), "marching_cubes: level", options.level, "finite");
     const FieldSamples samples(field, cover(box, options.cell_size), options.level,
-                               options.close_border);
-    return March(samples, ExactCrossings(samples)).run();
+                               options.close_border, options.skip);
+    const ExactCrossings crossings(samples);
+    March march(samples, crossings);
+    if (options.report) *options.report = {samples.n_samples(), march.decided()};
+    return march.run();
 }
 
 IndexedMesh marching_cubes(const Grid& grid, const MarchingCubesOptions& options)

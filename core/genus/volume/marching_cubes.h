@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "genus/base/box.h"
@@ -9,6 +10,12 @@
 
 namespace genus {
 
+/// What sampling a field took.
+struct SamplingReport {
+    std::int64_t samples = 0;
+    std::int64_t decided = 0;  // by bounds of blocks, without an evaluation
+};
+
 struct MarchingCubesOptions {
     double cell_size = 0.1;  // longest edge of a cell, model units
     double level = 0.0;      // field value on the surface
@@ -16,6 +23,11 @@ struct MarchingCubesOptions {
     bool close_border = true;
     /// Of arrays of someone else's.
     SampleOrder order = SampleOrder::FirstFastest;
+    /// Of fields: pass over blocks of samples that an interval bound decides. The mesh is the same
+    /// without.
+    bool skip = true;
+    /// Of fields: filled in, if given.
+    SamplingReport* report = nullptr;
 };
 
 /// Triangulates the level set of `field` inside `box`.

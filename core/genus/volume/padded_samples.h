@@ -41,13 +41,15 @@ public:
         return static_cast<double>(line(j, k)[i - pad_]) - level_;
     }
 
-    /// Sets the bits of the samples below the level, as CrossedCells wants them.
-    void mark_inside(std::uint64_t* bits, std::size_t words) const
+    /// Sets the bits of the samples below the level, as CrossedCells wants them. In parallel; none
+    /// is decided without a look at it.
+    std::int64_t mark_inside(std::uint64_t* bits, std::size_t words) const
     {
         const auto n_rows = static_cast<std::size_t>(size_[1]) * size_[2];
         parallel_for(n_rows, 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t row = begin; row < end; ++row) mark_row(row, bits + row * words);
         });
+        return 0;
     }
 
 private:

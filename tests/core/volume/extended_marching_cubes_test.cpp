@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "genus/implicit/function.h"
+#include "genus/implicit/parse_expression.h"
 #include "genus/implicit/quadric.h"
 #include "genus/mesh/measure.h"
 #include "genus/mesh/topology.h"
@@ -159,6 +161,73 @@ TEST(ExtendedMarchingCubes, ReachesCornersThatMarchingCubesCutsOffByAShareOfACel
         plain.cell_size = h;
         EXPECT_GT(miss(marching_cubes(field, kBox, plain)), 0.1 * h);
         EXPECT_LT(miss(extended_marching_cubes(field, kBox, cells(h))), 1e-14);
+    }
+}
+
+// The largest angle, as a sine, between a face and the nearest in direction of the surfaces that
+// pass within a cell of its middle.
+double largest_turn(const IndexedMesh& mesh, const Meet& field, std::size_t n_parts, double h)
+{
+    double most = 0.0;
+    for (const Triangle& t : mesh.faces) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const Vec3 normal = cross(b - a, c - a);
+        if (norm(normal) < 1e-6 * h * h) continue;
+        const Vec3 middle = (a + b + c) / 3.0;
+        double least = 1.0;
+        for (std::size_t n = 0; n < n_parts; ++n) {
+            const auto piece = static_cast<std::int32_t>(n);
+            const Vec3 g = field.piece_gradient(piece, middle);
+            if (std::fabs(field.piece_value(piece, middle)) > h * norm(g)) continue;
+            least = std::min(least, norm(cross(normalized(normal), normalized(g))));
+        }
+        most = std::max(most, least);
+    }
+    return most;
+}
+
+TEST(ExtendedMarchingCubes, NormalsConvergeWherePlainOnesDoNot)
+{
+    auto parts = box_parts(1.0);
+    parts.push_back({Quadric::cylinder(0.6), -1.0});
+    const Meet field(parts);
+    const auto plain = [&](double h) {
+        MarchingCubesOptions options;
+        options.cell_size = h;
+        return largest_turn(marching_cubes(field, kBox, options), field, parts.size(), h);
+    };
+    const auto sharp = [&](double h) {
+        return largest_turn(extended_marching_cubes(field, kBox, cells(h)), field, parts.size(), h);
+    };
+    EXPECT_GT(plain(0.16), 0.5);
+    EXPECT_GT(plain(0.04), 0.5);
+    const double coarse = sharp(0.16), fine = sharp(0.04);
+    EXPECT_LT(fine, 0.1);
+    EXPECT_GT(std::log2(coarse / fine) / 2, 0.7);  // first order in the cell
+}
+
+TEST(ExtendedMarchingCubes, SkippingLeavesTheMeshAsItIs)
+{
+    auto parts = box_parts(1.0);
+    parts.push_back({Quadric::cylinder(0.6), -1.0});
+    const Meet box(parts);
+    const Function waves(parse_expression("sin(4*x)*cos(3*y) + max(z^2, abs(x)) - 0.8"));
+    for (const Implicit* field :
+         {static_cast<const Implicit*>(&box), static_cast<const Implicit*>(&waves)}) {
+        SamplingReport report;
+        MarchingCubesOptions plain, all;
+        plain.cell_size = all.cell_size = 0.05;
+        plain.report = &report;
+        all.skip = false;
+        EXPECT_EQ(marching_cubes(*field, kBox, plain), marching_cubes(*field, kBox, all));
+        EXPECT_GT(report.decided, report.samples / 3);
+        EXPECT_LT(report.decided, report.samples);
+        ExtendedMarchingCubesOptions sharp = cells(0.05), every = cells(0.05);
+        every.skip = false;
+        every.report = &report;
+        EXPECT_EQ(extended_marching_cubes(*field, kBox, sharp),
+                  extended_marching_cubes(*field, kBox, every));
+        EXPECT_EQ(report.decided, 0);
     }
 }
 
