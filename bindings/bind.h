@@ -55,6 +55,7 @@ void bind_base(py::module_& m);
 py::class_<Mesh> bind_mesh(py::module_& m);
 void bind_reports(py::module_& m);
 py::class_<Solid> bind_model(py::module_& m);
+void bind_quantities(py::class_<Solid>& solid);
 /// Curves, patches, lattices; see freeform.h.
 void bind_freeform(py::module_& m, py::class_<Solid>& solid);
 void bind_boolean(py::module_& m, py::class_<Mesh>& mesh);

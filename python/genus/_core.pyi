@@ -7,6 +7,7 @@ from typing import Any, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from genus.bounded import Bounded
 from genus.report.table import MeshReport
 
 __version__: str
@@ -463,6 +464,20 @@ class Solid:
     def gradient(self, points: ArrayLike) -> NDArray[np.float64]: ...
     def ray_cast(self, origins: ArrayLike, directions: ArrayLike) -> RayHits: ...
     def explain(self) -> Explanation: ...
+    def volume(
+        self,
+        tolerance: float | None = None,
+        *,
+        relative: float | None = None,
+        progress: _Progress = None,
+    ) -> Bounded: ...
+    def area(
+        self,
+        tolerance: float | None = None,
+        *,
+        relative: float | None = None,
+        progress: _Progress = None,
+    ) -> Bounded: ...
     def mesh(
         self,
         tolerance: float | None = None,
@@ -470,6 +485,7 @@ class Solid:
         *,
         plan: bool = True,
         measure: bool = True,
+        region: ArrayLike | None = None,
         max_triangles: int = 20000000,
         progress: _Progress = None,
     ) -> Mesh: ...
