@@ -410,6 +410,17 @@ def test_drawings_in_text_models(tmp_path):
         assert (0 if solid.is_empty else solid.mesh().volume) == pytest.approx(volume)
 
 
+def test_angles_of_drawings(tmp_path):
+    """The second line runs from group 15 to group 10, as in OpenSCAD's example009."""
+    ends = [(13, (3, 0)), (14, (4, 1)), (15, (5, 0)), (10, (9, 0))]
+    measure = [(0, "DIMENSION"), (8, "m"), (1, "turn"), (70, 2)]
+    for code, (x, y) in ends:
+        measure += [(code, x), (code + 10, y)]
+    dxf(tmp_path, measure)
+    (tmp_path / "m.scad").write_text('echo(dxf_dim(file = "a.dxf", name = "turn"));')
+    assert genus.run_scad(tmp_path / "m.scad").messages == ["ECHO: 45"]
+
+
 def test_measures_of_drawings(tmp_path):
     measure = [
         (0, "DIMENSION"),

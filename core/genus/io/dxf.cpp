@@ -443,7 +443,7 @@ std::optional<double> dxf_dimension(std::string_view text, const std::string& na
             case 1:  // from point to point
                 return norm(between(13, 14)) * scale;
             case 2: {  // the angle between two lines
-                const Vec2 a = between(10, 15), b = between(13, 14);
+                const Vec2 a = between(15, 10), b = between(13, 14);
                 const double turn =
                     std::fabs(std::atan2(a[1], a[0]) - std::atan2(b[1], b[0])) * kDegrees;
                 return turn > 180.0 ? 360.0 - turn : turn;
