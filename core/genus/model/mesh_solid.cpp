@@ -31,562 +31,526 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxAttempts = 8;
 constexpr double kFiner = 0.4;
-// Where a place stays doubtful at ever finer cells, this many faces in all are
-// tried.
+// Where a place stays doubtful at ever finer cells, this many faces in all are tried.
 constexpr std::size_t kFacesAttempt = 20'000, kGrowthOfFaces = 10;
 constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
-constexpr double kEdgeShare =
-    0.7; // of the tolerance; the middle of a face errs 4/3 as much
+constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
 constexpr double kTighter = 0.6;
 // Bounds of functions that are no polynomials are wider by about this.
 constexpr double kFunctionShare = 0.2;
 constexpr std::int64_t kMostFunctionCells = 400'000;
-// The mesh in which a fine one is cut: its tolerance as a share of the
-// diagonal, and what that must be beside the tolerance asked for.
+// The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
+// be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
-constexpr double kThickness = 0.03;   // of a sandwich, of its tolerance
-constexpr double kShortFibre = 0.125; // of the tolerance
+constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
+constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
-constexpr double kUnsettled = 0.125, kFlatCrease = 0.5,
-                 kTouch = 0.25; // of the tolerance
+constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
-constexpr double kCreaseShare =
-    0.15; // sagitta of a curve beside the height of a face
-constexpr double kCoarsest =
-    1.0 / 32; // of the diagonal, as a tolerance to work to
+constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
+constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 
-// Adds the seconds since construction, or since the last call, to a named
-// stage.
+// Adds the seconds since construction, or since the last call, to a named stage.
 class StageClock {
 public:
-  explicit StageClock(std::vector<std::pair<std::string, double>> &stages)
-      : stages_(stages), last_(seconds_now()) {}
-  void end(const char *stage) {
-    const double now = seconds_now();
-    const auto at =
-        std::find_if(stages_.begin(), stages_.end(),
-                     [&](const auto &s) { return s.first == stage; });
-    if (at == stages_.end())
-      stages_.emplace_back(stage, now - last_);
-    else
-      at->second += now - last_;
-    last_ = now;
-  }
+    explicit StageClock(std::vector<std::pair<std::string, double>>& stages)
+        : stages_(stages), last_(seconds_now())
+    {
+    }
+    void end(const char* stage)
+    {
+        const double now = seconds_now();
+        const auto at = std::find_if(stages_.begin(), stages_.end(),
+                                     [&](const auto& s) { return s.first == stage; });
+        if (at == stages_.end())
+            stages_.emplace_back(stage, now - last_);
+        else
+            at->second += now - last_;
+        last_ = now;
+    }
 
 private:
-  std::vector<std::pair<std::string, double>> &stages_;
-  double last_;
+    std::vector<std::pair<std::string, double>>& stages_;
+    double last_;
 };
 
-bool has_function(const CsgField &field) {
-  return std::any_of(field.surfaces().begin(), field.surfaces().end(),
-                     [](const Surface &s) { return s.function != nullptr; });
+bool has_function(const CsgField& field)
+{
+    return std::any_of(field.surfaces().begin(), field.surfaces().end(),
+                       [](const Surface& s) { return s.function != nullptr; });
 }
 
 // One solid on its way to a mesh.
 class Road {
 public:
-  Road(const Solid &solid, const Box3 &box, const MeshOptions &options,
-       MeshedSolid &result)
-      : options_(options), result_(result), clock_(result.seconds),
-        field_(solid), formula_(field_), cube_(cell_cube(box)) {
-    for (const Surface &s : field_.surfaces())
-      forms_.emplace_back(s, cube_);
-    clock_.end("field");
-  }
+    Road(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
+        : options_(options),
+          result_(result),
+          clock_(result.seconds),
+          field_(solid),
+          formula_(field_),
+          cube_(cell_cube(box))
+    {
+        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, cube_);
+        clock_.end("field");
+    }
 
-  void run() {
-    for (const SurfaceForm &form : forms_)
-      if (!form.is_bounded())
-        give_up("rounding of a formula has no bound");
-    // The finer the tolerance the more the short way saves.
-    const double finer = kSandwichWidth * cube_.diagonal() / result_.tolerance;
-    const int attempts = has_function_ || finer < kLeastSandwich ? 0
-                         : finer < 8.0 * kLeastSandwich ? kQuickAttempts
-                                                        : 2 * kQuickAttempts;
-    if (meshed(attempts, wide_cells(),
-               [&](SurfaceMesh &mesh) { return cut_within_sandwich(mesh); }))
-      return;
-    if (!meshed(has_function_ ? kQuickAttempts : kMaxAttempts, CellDemands{},
-                [&](SurfaceMesh &mesh) { return reach_tolerance(mesh); }))
-      give_up("the tolerance was not reached");
-  }
+    void run()
+    {
+        for (const SurfaceForm& form : forms_)
+            if (!form.is_bounded()) give_up("rounding of a formula has no bound");
+        // The finer the tolerance the more the short way saves.
+        const double finer = kSandwichWidth * cube_.diagonal() / result_.tolerance;
+        const int attempts = has_function_ || finer < kLeastSandwich ? 0
+                             : finer < 8.0 * kLeastSandwich          ? kQuickAttempts
+                                                                     : 2 * kQuickAttempts;
+        if (meshed(attempts, wide_cells(),
+                   [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
+            return;
+        if (!meshed(has_function_ ? kQuickAttempts : kMaxAttempts, CellDemands{},
+                    [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
+            give_up("the tolerance was not reached");
+    }
 
 private:
-  double edge_share() const {
-    return has_function_ ? kFunctionShare * kEdgeShare : kEdgeShare;
-  }
+    double edge_share() const { return has_function_ ? kFunctionShare * kEdgeShare : kEdgeShare; }
 
-  // What is asked of the cells of a mesh that only has to have the right form.
-  CellDemands wide_cells() const {
-    CellDemands demands;
-    demands.min_cosine = kWideCosine;
-    demands.min_cosine_several = kWideCosineSeveral;
-    demands.touch = kTouch * result_.tolerance;
-    return demands;
-  }
-
-  // Cells are made finer where `attempt` leaves trouble, until it succeeds.
-  // False if it does not within that number of times.
-  template <class Attempt>
-  bool meshed(int attempts, CellDemands demands, const Attempt &succeeds) {
-    CellMesher mesher(formula_, forms_, cube_);
-    demands.max_error = cube_.diagonal();
-    demands.min_size = 0.125 * result_.tolerance;
-    std::size_t work = 0, budget = 0;
-    for (int attempt = 0; attempt < attempts; ++attempt) {
-      current_progress().report("mesh",
-                                static_cast<double>(attempt) / attempts);
-      mesher.refine(demands, has_function_ ? kMostFunctionCells
-                                           : 4 * options_.max_triangles + 1000);
-      SurfaceMesh mesh = mesher.extract();
-      const bool closed = separate_fans(mesh);
-      clock_.end("mesh");
-      budget += kFacesAttempt +
-                (attempt == 0 ? kGrowthOfFaces * mesh.mesh.n_faces() : 0);
-      work += mesh.mesh.n_faces();
-      if (work > budget)
-        return false;
-      trouble_ = {{cube_, 0.0}};
-      if (closed && succeeds(mesh)) {
-        finish(std::move(mesh));
-        return true;
-      }
-      if (closed)
-        demands.finer.insert(demands.finer.end(), trouble_.begin(),
-                             trouble_.end());
-      else // other cells everywhere, so that the same roundings do not meet
-           // again
-        demands.min_cosine_several = 0.5 + 0.5 * demands.min_cosine_several;
+    // What is asked of the cells of a mesh that only has to have the right form.
+    CellDemands wide_cells() const
+    {
+        CellDemands demands;
+        demands.min_cosine = kWideCosine;
+        demands.min_cosine_several = kWideCosineSeveral;
+        demands.touch = kTouch * result_.tolerance;
+        return demands;
     }
-    return false;
-  }
 
-  // Brings a mesh with the right combination of faces to the tolerance and
-  // through all checks. Where that fails, `trouble_` says where.
-  bool reach_tolerance(SurfaceMesh &surface) {
-    FlexibleMesh rough(std::move(surface));
-    coarsen(rough, forms_);
-    surface = rough.release();
-    settle(surface, forms_);
-    std::vector<double> factors;
-    double failed_before = kInfinity;
-    for (int pass = 0; pass < kMaxPasses; ++pass) {
-      FlexibleMesh mesh(std::move(surface));
-      if (pass == 0)
-        coarsen(mesh, forms_);
-      const std::size_t before = mesh.n_vertices();
-      current_progress().report("refine", 0.0);
-      const std::vector<Box3> stuck =
-          subdivide(mesh, forms_, edge_share() * result_.tolerance, factors,
-                    options_.max_triangles);
-      const bool grew = mesh.n_vertices() > before;
-      if (pass == 0)
-        factors.clear();
-      surface = mesh.release();
-      clock_.end("refine");
-      current_progress().report("certify", 0.0);
-      const Certificate c =
-          certify(surface, formula_, forms_, cube_, result_.tolerance);
-      clock_.end("certify");
-      if (c.n_failed == 0)
-        return passes(surface, c);
-      last_ = surface;
-      note_trouble(surface, c);
-      const bool better = static_cast<double>(c.n_failed) < 0.6 * failed_before;
-      if (c.failed_faces.empty() || (pass > 0 && !(grew && better)))
-        return false;
-      failed_before = static_cast<double>(c.n_failed);
-      factors.resize(surface.mesh.n_vertices(), 1.0);
-      std::vector<char> again(factors.size(), 0);
-      for (const std::int32_t f : c.failed_faces)
-        for (const std::int32_t v : surface.mesh.faces[f])
-          again[v] = 1;
-      for (std::size_t v = 0; v < factors.size(); ++v)
-        if (again[v] != 0)
-          factors[v] *= kTighter;
-    }
-    return false;
-  }
-
-  // The short way to a tolerance far below the size of the features: a
-  // certificate for a mesh much coarser, within which a mesh is then cut
-  // finely. Where that fails, `surface` is as before and `trouble_` says where
-  // cells should be finer.
-  bool cut_within_sandwich(SurfaceMesh &surface) {
-    const double width = kSandwichWidth * cube_.diagonal();
-    SurfaceMesh coarse = surface;
-    make_coarse(coarse, width);
-    clock_.end("refine");
-    Sandwich sandwich;
-    double short_fibre = 0.0;
-    Certificate c = prove(coarse, width, sandwich, short_fibre);
-    clock_.end("certify");
-    if (c.n_failed > 0 || !c.failed_faces.empty()) {
-      note_trouble(coarse, c);
-      return false;
-    }
-    const CoarseShell shell = shell_round(coarse, sandwich);
-    FineMesh fine =
-        cut_finely(coarse, sandwich, shell, forms_,
-                   result_.tolerance - short_fibre, options_.max_triangles);
-    clock_.end("refine");
-    c.failed_faces = fine.stuck;
-    if (fine.stuck.empty())
-      c = certify_within(sandwich, coarse, fine, formula_, forms_,
-                         result_.tolerance, short_fibre);
-    clock_.end("certify");
-    if (!c.failed_faces.empty()) {
-      note_trouble(coarse, c);
-      return false;
-    }
-    const bool embedded = proven_embedded(shell, fine);
-    clock_.end("gate");
-    if (embedded)
-      note_bound(c);
-    else if (!passes(fine.surface, c))
-      return false;
-    surface = std::move(fine.surface);
-    result_.explanation.add("faces proven through those of a coarser mesh",
-                            static_cast<std::int64_t>(surface.mesh.n_faces() -
-                                                      coarse.mesh.n_faces()),
-                            "faces");
-    return true;
-  }
-
-  // A sandwich is to be thin for its fibres; if that leaves boxes without ways
-  // to it, thick.
-  Certificate prove(const SurfaceMesh &coarse, double width, Sandwich &sandwich,
-                    double &short_fibre) const {
-    Certificate c;
-    for (const double thickness : {0.0, kThickness}) {
-      sandwich.thickness = thickness;
-      c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
-      if (c.n_failed > 0 && c.failed_faces.empty())
-        continue;
-      if (c.n_failed == 0) {
-        DoubtfulPrisms doubtful =
-            doubtful_prisms(coarse, sandwich, formula_, forms_,
-                            kShortFibre * result_.tolerance);
-        c.failed_faces = std::move(doubtful.faces);
-        short_fibre = doubtful.longest_short;
-      }
-      break;
-    }
-    return c;
-  }
-
-  // All vertices on their surfaces, and curves flat beside the faces along
-  // them.
-  void make_coarse(SurfaceMesh &coarse, double width) const {
-    settle_all(coarse, forms_, kUnsettled * result_.tolerance);
-    FlexibleMesh mesh(std::move(coarse));
-    std::vector<double> factors;
-    subdivide(mesh, forms_, kEdgeShare * width, factors, options_.max_triangles,
-              {kCreaseShare, kFlatCrease * result_.tolerance});
-    coarse = mesh.release();
-  }
-
-  bool passes(const SurfaceMesh &mesh, const Certificate &c) {
-    const Validation validation = validate(mesh.mesh);
-    clock_.end("gate");
-    trouble_.clear();
-    for (const Finding &finding : validation.findings) {
-      Box3 box;
-      double size = kInfinity;
-      for (const std::int32_t f : finding.faces)
-        for (const std::int32_t v : mesh.mesh.faces[f]) {
-          box.add(mesh.mesh.vertices[v]);
-          size = std::min(size, mesh.cell_size[v]);
+    // Cells are made finer where `attempt` leaves trouble, until it succeeds. False if it does not
+    // within that number of times.
+    template <class Attempt>
+    bool meshed(int attempts, CellDemands demands, const Attempt& succeeds)
+    {
+        CellMesher mesher(formula_, forms_, cube_);
+        demands.max_error = cube_.diagonal();
+        demands.min_size = 0.125 * result_.tolerance;
+        std::size_t work = 0, budget = 0;
+        for (int attempt = 0; attempt < attempts; ++attempt) {
+            current_progress().report("mesh", static_cast<double>(attempt) / attempts);
+            mesher.refine(demands,
+                          has_function_ ? kMostFunctionCells : 4 * options_.max_triangles + 1000);
+            SurfaceMesh mesh = mesher.extract();
+            const bool closed = separate_fans(mesh);
+            clock_.end("mesh");
+            budget += kFacesAttempt + (attempt == 0 ? kGrowthOfFaces * mesh.mesh.n_faces() : 0);
+            work += mesh.mesh.n_faces();
+            if (work > budget) return false;
+            trouble_ = {{cube_, 0.0}};
+            if (closed && succeeds(mesh)) {
+                finish(std::move(mesh));
+                return true;
+            }
+            if (closed)
+                demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
+            else  // other cells everywhere, so that the same roundings do not meet again
+                demands.min_cosine_several = 0.5 + 0.5 * demands.min_cosine_several;
         }
-      if (!box.empty())
-        trouble_.emplace_back(box, 0.5 * size);
+        return false;
     }
-    if (!validation.ok())
-      return false;
-    note_bound(c);
-    return true;
-  }
 
-  void note_bound(const Certificate &c) {
-    result_.error.bound = c.bound;
-    result_.error.certified = true;
-    result_.error.parts = {{"faces", c.faces},
-                           {"edges and corners", c.creases},
-                           {"rounding", c.rounding}};
-    std::stable_sort(
-        result_.error.parts.begin(), result_.error.parts.end(),
-        [](const auto &x, const auto &y) { return x.second > y.second; });
-  }
-
-  void finish(SurfaceMesh &&mesh) {
-    if (options_.measure) {
-      result_.error.measured =
-          measure_deviation(mesh, formula_, forms_,
-                            bounds(mesh.mesh).inflated(result_.tolerance));
-      clock_.end("measure");
+    // Brings a mesh with the right combination of faces to the tolerance and through all checks.
+    // Where that fails, `trouble_` says where.
+    bool reach_tolerance(SurfaceMesh& surface)
+    {
+        FlexibleMesh rough(std::move(surface));
+        coarsen(rough, forms_);
+        surface = rough.release();
+        settle(surface, forms_);
+        std::vector<double> factors;
+        double failed_before = kInfinity;
+        for (int pass = 0; pass < kMaxPasses; ++pass) {
+            FlexibleMesh mesh(std::move(surface));
+            if (pass == 0) coarsen(mesh, forms_);
+            const std::size_t before = mesh.n_vertices();
+            current_progress().report("refine", 0.0);
+            const std::vector<Box3> stuck = subdivide(
+                mesh, forms_, edge_share() * result_.tolerance, factors, options_.max_triangles);
+            const bool grew = mesh.n_vertices() > before;
+            if (pass == 0) factors.clear();
+            surface = mesh.release();
+            clock_.end("refine");
+            current_progress().report("certify", 0.0);
+            const Certificate c = certify(surface, formula_, forms_, cube_, result_.tolerance);
+            clock_.end("certify");
+            if (c.n_failed == 0) return passes(surface, c);
+            last_ = surface;
+            note_trouble(surface, c);
+            const bool better = static_cast<double>(c.n_failed) < 0.6 * failed_before;
+            if (c.failed_faces.empty() || (pass > 0 && !(grew && better))) return false;
+            failed_before = static_cast<double>(c.n_failed);
+            factors.resize(surface.mesh.n_vertices(), 1.0);
+            std::vector<char> again(factors.size(), 0);
+            for (const std::int32_t f : c.failed_faces)
+                for (const std::int32_t v : surface.mesh.faces[f]) again[v] = 1;
+            for (std::size_t v = 0; v < factors.size(); ++v)
+                if (again[v] != 0) factors[v] *= kTighter;
+        }
+        return false;
     }
-    result_.mesh = std::move(mesh.mesh);
-  }
 
-  // Asks for cells of half the size round these faces, and for boxes of half
-  // theirs.
-  void note_trouble(const SurfaceMesh &mesh, const Certificate &c) {
-    trouble_.clear();
-    for (const std::int32_t f : c.failed_faces) {
-      Box3 box;
-      double size = kInfinity;
-      for (const std::int32_t v : mesh.mesh.faces[f]) {
-        box.add(mesh.mesh.vertices[v]);
-        size = std::min(size, mesh.cell_size[v]);
-      }
-      trouble_.emplace_back(box.inflated(0.25 * box.diagonal()), kFiner * size);
+    // The short way to a tolerance far below the size of the features: a certificate for a mesh
+    // much coarser, within which a mesh is then cut finely. Where that fails, `surface` is as
+    // before and `trouble_` says where cells should be finer.
+    bool cut_within_sandwich(SurfaceMesh& surface)
+    {
+        const double width = kSandwichWidth * cube_.diagonal();
+        SurfaceMesh coarse = surface;
+        make_coarse(coarse, width);
+        clock_.end("refine");
+        Sandwich sandwich;
+        double short_fibre = 0.0;
+        Certificate c = prove(coarse, width, sandwich, short_fibre);
+        clock_.end("certify");
+        if (c.n_failed > 0 || !c.failed_faces.empty()) {
+            note_trouble(coarse, c);
+            return false;
+        }
+        const CoarseShell shell = shell_round(coarse, sandwich);
+        FineMesh fine = cut_finely(coarse, sandwich, shell, forms_, result_.tolerance - short_fibre,
+                                   options_.max_triangles);
+        clock_.end("refine");
+        c.failed_faces = fine.stuck;
+        if (fine.stuck.empty())
+            c = certify_within(sandwich, coarse, fine, formula_, forms_, result_.tolerance,
+                               short_fibre);
+        clock_.end("certify");
+        if (!c.failed_faces.empty()) {
+            note_trouble(coarse, c);
+            return false;
+        }
+        const bool embedded = proven_embedded(shell, fine);
+        clock_.end("gate");
+        if (embedded)
+            note_bound(c);
+        else if (!passes(fine.surface, c))
+            return false;
+        surface = std::move(fine.surface);
+        result_.explanation.add(
+            "faces proven through those of a coarser mesh",
+            static_cast<std::int64_t>(surface.mesh.n_faces() - coarse.mesh.n_faces()), "faces");
+        return true;
     }
-    if (trouble_.empty())
-      for (const Box3 &box : c.failed)
-        trouble_.emplace_back(box, 0.5 * box.diagonal());
-  }
 
-  [[noreturn]] void give_up(const std::string &why) const {
-    std::vector<Box3> places;
-    for (const auto &[box, size] : trouble_)
-      if (places.size() < kMaxPlaces)
-        places.push_back(box);
-    const double reached = bound_reached();
-    const std::string within =
-        std::isinf(reached) ? "" : ", within " + to_text(reached);
-    throw ToleranceNotMet("mesh: " + why + within + ", asked for " +
-                              to_text(result_.tolerance),
-                          result_.tolerance, reached, std::move(places));
-  }
-
-  // What can be proven of the last mesh: of ever larger tolerances the first
-  // that holds.
-  double bound_reached() const {
-    for (double wider = 4.0; !last_.mesh.faces.empty() && wider <= 64.0;
-         wider *= 4.0) {
-      const Certificate c =
-          certify(last_, formula_, forms_, cube_, wider * result_.tolerance);
-      if (c.n_failed == 0)
-        return c.bound;
+    // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, thick.
+    Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich,
+                      double& short_fibre) const
+    {
+        Certificate c;
+        for (const double thickness : {0.0, kThickness}) {
+            sandwich.thickness = thickness;
+            c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
+            if (c.n_failed > 0 && c.failed_faces.empty()) continue;
+            if (c.n_failed == 0) {
+                DoubtfulPrisms doubtful = doubtful_prisms(coarse, sandwich, formula_, forms_,
+                                                          kShortFibre * result_.tolerance);
+                c.failed_faces = std::move(doubtful.faces);
+                short_fibre = doubtful.longest_short;
+            }
+            break;
+        }
+        return c;
     }
-    return kInfinity;
-  }
 
-  const MeshOptions &options_;
-  MeshedSolid &result_;
-  StageClock clock_;
-  CsgField field_;
-  SignFormula formula_;
-  bool has_function_ = has_function(field_);
-  Box3 cube_;
-  std::vector<SurfaceForm> forms_;
-  SurfaceMesh last_; // the last one without a certificate
-  std::vector<std::pair<Box3, double>>
-      trouble_; // where, and how small the cells must be
+    // All vertices on their surfaces, and curves flat beside the faces along them.
+    void make_coarse(SurfaceMesh& coarse, double width) const
+    {
+        settle_all(coarse, forms_, kUnsettled * result_.tolerance);
+        FlexibleMesh mesh(std::move(coarse));
+        std::vector<double> factors;
+        subdivide(mesh, forms_, kEdgeShare * width, factors, options_.max_triangles,
+                  {kCreaseShare, kFlatCrease * result_.tolerance});
+        coarse = mesh.release();
+    }
+
+    bool passes(const SurfaceMesh& mesh, const Certificate& c)
+    {
+        const Validation validation = validate(mesh.mesh);
+        clock_.end("gate");
+        trouble_.clear();
+        for (const Finding& finding : validation.findings) {
+            Box3 box;
+            double size = kInfinity;
+            for (const std::int32_t f : finding.faces)
+                for (const std::int32_t v : mesh.mesh.faces[f]) {
+                    box.add(mesh.mesh.vertices[v]);
+                    size = std::min(size, mesh.cell_size[v]);
+                }
+            if (!box.empty()) trouble_.emplace_back(box, 0.5 * size);
+        }
+        if (!validation.ok()) return false;
+        note_bound(c);
+        return true;
+    }
+
+    void note_bound(const Certificate& c)
+    {
+        result_.error.bound = c.bound;
+        result_.error.certified = true;
+        result_.error.parts = {
+            {"faces", c.faces}, {"edges and corners", c.creases}, {"rounding", c.rounding}};
+        std::stable_sort(result_.error.parts.begin(), result_.error.parts.end(),
+                         [](const auto& x, const auto& y) { return x.second > y.second; });
+    }
+
+    void finish(SurfaceMesh&& mesh)
+    {
+        if (options_.measure) {
+            result_.error.measured = measure_deviation(
+                mesh, formula_, forms_, bounds(mesh.mesh).inflated(result_.tolerance));
+            clock_.end("measure");
+        }
+        result_.mesh = std::move(mesh.mesh);
+    }
+
+    // Asks for cells of half the size round these faces, and for boxes of half theirs.
+    void note_trouble(const SurfaceMesh& mesh, const Certificate& c)
+    {
+        trouble_.clear();
+        for (const std::int32_t f : c.failed_faces) {
+            Box3 box;
+            double size = kInfinity;
+            for (const std::int32_t v : mesh.mesh.faces[f]) {
+                box.add(mesh.mesh.vertices[v]);
+                size = std::min(size, mesh.cell_size[v]);
+            }
+            trouble_.emplace_back(box.inflated(0.25 * box.diagonal()), kFiner * size);
+        }
+        if (trouble_.empty())
+            for (const Box3& box : c.failed) trouble_.emplace_back(box, 0.5 * box.diagonal());
+    }
+
+    [[noreturn]] void give_up(const std::string& why) const
+    {
+        std::vector<Box3> places;
+        for (const auto& [box, size] : trouble_)
+            if (places.size() < kMaxPlaces) places.push_back(box);
+        const double reached = bound_reached();
+        const std::string within = std::isinf(reached) ? "" : ", within " + to_text(reached);
+        throw ToleranceNotMet("mesh: " + why + within + ", asked for " + to_text(result_.tolerance),
+                              result_.tolerance, reached, std::move(places));
+    }
+
+    // What can be proven of the last mesh: of ever larger tolerances the first that holds.
+    double bound_reached() const
+    {
+        for (double wider = 4.0; !last_.mesh.faces.empty() && wider <= 64.0; wider *= 4.0) {
+            const Certificate c =
+                certify(last_, formula_, forms_, cube_, wider * result_.tolerance);
+            if (c.n_failed == 0) return c.bound;
+        }
+        return kInfinity;
+    }
+
+    const MeshOptions& options_;
+    MeshedSolid& result_;
+    StageClock clock_;
+    CsgField field_;
+    SignFormula formula_;
+    bool has_function_ = has_function(field_);
+    Box3 cube_;
+    std::vector<SurfaceForm> forms_;
+    SurfaceMesh last_;                              // the last one without a certificate
+    std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };
 
-// The road over a uniform grid: marching cubes, plain or extended. Nothing is
-// proven; the grid is halved until the sampled deviation leaves a third of the
-// tolerance in reserve.
+// The road over a uniform grid: marching cubes, plain or extended. Nothing is proven; the grid is
+// halved until the sampled deviation leaves a third of the tolerance in reserve.
 class GridRoad {
 public:
-  GridRoad(const Solid &solid, const Box3 &box, const MeshOptions &options,
-           MeshedSolid &result)
-      : options_(options), result_(result), clock_(result.seconds),
-        field_(solid), formula_(field_),
-        box_(box.inflated(0.01 * box.diagonal())) {
-    for (const Surface &s : field_.surfaces())
-      forms_.emplace_back(s, box_);
-    clock_.end("field");
-  }
-
-  void run() {
-    const Vec3 size = box_.size();
-    double cell = std::max({size[0], size[1], size[2]}) / 15.7;
-    double reached = kInfinity;
-    std::int64_t expected = 0;
-    for (int halvings = 0; halvings <= kMaxHalvings; ++halvings, cell *= 0.5) {
-      if (expected > options_.max_triangles)
-        break;
-      const SurfaceMesh mesh = labelled(on_grid(cell));
-      clock_.end("mesh");
-      expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
-      const double measured = measure_deviation(mesh, formula_, forms_, box_);
-      clock_.end("measure");
-      reached = kReserve * measured;
-      if (!(reached <= result_.tolerance))
-        continue;
-      const bool sound = validate(mesh.mesh).ok();
-      clock_.end("gate");
-      if (!sound)
-        continue;
-      result_.error = {reached, false, measured, {{"sampled", reached}}};
-      result_.mesh = mesh.mesh;
-      return;
+    GridRoad(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
+        : options_(options),
+          result_(result),
+          clock_(result.seconds),
+          field_(solid),
+          formula_(field_),
+          box_(box.inflated(0.01 * box.diagonal()))
+    {
+        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, box_);
+        clock_.end("field");
     }
-    throw ToleranceNotMet(
-        "mesh: no grid within the limits reaches the tolerance " +
-            to_text(result_.tolerance),
-        result_.tolerance, reached, {box_});
-  }
+
+    void run()
+    {
+        const Vec3 size = box_.size();
+        double cell = std::max({size[0], size[1], size[2]}) / 15.7;
+        double reached = kInfinity;
+        std::int64_t expected = 0;
+        for (int halvings = 0; halvings <= kMaxHalvings; ++halvings, cell *= 0.5) {
+            if (expected > options_.max_triangles) break;
+            const SurfaceMesh mesh = labelled(on_grid(cell));
+            clock_.end("mesh");
+            expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
+            const double measured = measure_deviation(mesh, formula_, forms_, box_);
+            clock_.end("measure");
+            reached = kReserve * measured;
+            if (!(reached <= result_.tolerance)) continue;
+            const bool sound = validate(mesh.mesh).ok();
+            clock_.end("gate");
+            if (!sound) continue;
+            result_.error = {reached, false, measured, {{"sampled", reached}}};
+            result_.mesh = mesh.mesh;
+            return;
+        }
+        throw ToleranceNotMet(
+            "mesh: no grid within the limits reaches the tolerance " + to_text(result_.tolerance),
+            result_.tolerance, reached, {box_});
+    }
 
 private:
-  static constexpr double kReserve = 1.5;
-  static constexpr int kMaxHalvings = 6; // 1000 cells along the longest side
+    static constexpr double kReserve = 1.5;
+    static constexpr int kMaxHalvings = 6;  // 1000 cells along the longest side
 
-  IndexedMesh on_grid(double cell) const {
-    if (options_.method == MeshMethod::Mc) {
-      MarchingCubesOptions grid;
-      grid.cell_size = cell;
-      return marching_cubes(field_, box_, grid);
-    }
-    ExtendedMarchingCubesOptions grid;
-    grid.cell_size = cell;
-    return extended_marching_cubes(field_, box_, grid);
-  }
-
-  // Each face takes the surface that is active at its middle.
-  SurfaceMesh labelled(IndexedMesh &&mesh) const {
-    SurfaceMesh result;
-    result.mesh = std::move(mesh);
-    result.surfaces_of_vertex.assign(result.mesh.n_vertices(), {-1, -1, -1});
-    for (const Triangle &t : result.mesh.faces) {
-      const std::vector<Vec3> &v = result.mesh.vertices;
-      const auto active = field_.active((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0);
-      result.surface_of_face.push_back(2 * active.surface +
-                                       (active.sign < 0.0 ? 1 : 0));
-      for (const std::int32_t corner : t)
-        for (std::int32_t &place : result.surfaces_of_vertex[corner]) {
-          if (place == active.surface)
-            break;
-          if (place >= 0)
-            continue;
-          place = active.surface;
-          break;
+    IndexedMesh on_grid(double cell) const
+    {
+        if (options_.method == MeshMethod::Mc) {
+            MarchingCubesOptions grid;
+            grid.cell_size = cell;
+            return marching_cubes(field_, box_, grid);
         }
+        ExtendedMarchingCubesOptions grid;
+        grid.cell_size = cell;
+        return extended_marching_cubes(field_, box_, grid);
     }
-    return result;
-  }
 
-  const MeshOptions &options_;
-  MeshedSolid &result_;
-  StageClock clock_;
-  CsgField field_;
-  SignFormula formula_;
-  Box3 box_;
-  std::vector<SurfaceForm> forms_;
+    // Each face takes the surface that is active at its middle.
+    SurfaceMesh labelled(IndexedMesh&& mesh) const
+    {
+        SurfaceMesh result;
+        result.mesh = std::move(mesh);
+        result.surfaces_of_vertex.assign(result.mesh.n_vertices(), {-1, -1, -1});
+        for (const Triangle& t : result.mesh.faces) {
+            const std::vector<Vec3>& v = result.mesh.vertices;
+            const auto active = field_.active((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0);
+            result.surface_of_face.push_back(2 * active.surface + (active.sign < 0.0 ? 1 : 0));
+            for (const std::int32_t corner : t)
+                for (std::int32_t& place : result.surfaces_of_vertex[corner]) {
+                    if (place == active.surface) break;
+                    if (place >= 0) continue;
+                    place = active.surface;
+                    break;
+                }
+        }
+        return result;
+    }
+
+    const MeshOptions& options_;
+    MeshedSolid& result_;
+    StageClock clock_;
+    CsgField field_;
+    SignFormula formula_;
+    Box3 box_;
+    std::vector<SurfaceForm> forms_;
 };
 
-// Bounds of a function may be too wide to prove what is so, as next to a root:
-// then its mesh comes from a grid, with the error sampled.
-void mesh_curved(const Solid &solid, const Box3 &box,
-                 const MeshOptions &options, MeshedSolid &result) {
-  try {
-    Road(solid, box, options, result).run();
-  } catch (const ToleranceNotMet &) {
-    if (!has_function(CsgField(solid)))
-      throw;
-    result.method = "emc";
-    GridRoad(solid, box, options, result).run();
-  }
+// Bounds of a function may be too wide to prove what is so, as next to a root: then its mesh comes
+// from a grid, with the error sampled.
+void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options,
+                 MeshedSolid& result)
+{
+    try {
+        Road(solid, box, options, result).run();
+    } catch (const ToleranceNotMet&) {
+        if (!has_function(CsgField(solid))) throw;
+        result.method = "emc";
+        GridRoad(solid, box, options, result).run();
+    }
 }
 
-// Coordinates of curved solids are rounded; what is asked for must leave room
-// for that.
-void require_above_rounding(double tolerance, const Box3 &box) {
-  double reach = 0.0;
-  for (int i = 0; i < 3; ++i)
-    reach = std::max({reach, std::fabs(box.min[i]), std::fabs(box.max[i])});
-  const double least = 0x1p-49 * reach;
-  if (tolerance >= least)
-    return;
-  throw ToleranceNotMet(
-      "mesh: " + to_text(tolerance) +
-          " is below the rounding of coordinates of this size, about " +
-          to_text(least),
-      tolerance, least, {box});
+// Coordinates of curved solids are rounded; what is asked for must leave room for that.
+void require_above_rounding(double tolerance, const Box3& box)
+{
+    double reach = 0.0;
+    for (int i = 0; i < 3; ++i)
+        reach = std::max({reach, std::fabs(box.min[i]), std::fabs(box.max[i])});
+    const double least = 0x1p-49 * reach;
+    if (tolerance >= least) return;
+    throw ToleranceNotMet("mesh: " + to_text(tolerance) +
+                              " is below the rounding of coordinates of this size, about " +
+                              to_text(least),
+                          tolerance, least, {box});
 }
 
 // What of the solid is in the region.
-Solid cut_out(const Solid &solid, const std::optional<Box3> &region) {
-  if (!region)
-    return solid;
-  const Vec3 size = region->size();
-  require(region->bounded() && size[0] > 0.0 && size[1] > 0.0 && size[2] > 0.0,
-          "mesh: region is no box with a positive size along each axis");
-  return intersect({solid, transformed(cube(size), translation(region->min))});
+Solid cut_out(const Solid& solid, const std::optional<Box3>& region)
+{
+    if (!region) return solid;
+    const Vec3 size = region->size();
+    require(region->bounded() && size[0] > 0.0 && size[1] > 0.0 && size[2] > 0.0,
+            "mesh: region is no box with a positive size along each axis");
+    return intersect({solid, transformed(cube(size), translation(region->min))});
 }
 
-} // namespace
+}  // namespace
 
-MeshedSolid mesh_solid(const Solid &solid, const MeshOptions &options) {
-  if (options.tolerance)
-    require(*options.tolerance > 0.0 && std::isfinite(*options.tolerance),
-            "mesh: tolerance", *options.tolerance, "positive");
-  require(options.max_triangles > 0, "mesh: max_triangles must be positive");
-  MeshedSolid result;
-  result.method = "cells";
-  StageClock clock(result.seconds);
-  Solid planned = cut_out(solid, options.region);
-  if (options.plan) {
-    Plan p = plan(planned);
-    planned = p.solid;
-    result.explanation = std::move(p.explanation);
-  }
-  clock.end("plan");
-  const Box3 box = require_bounded(planned);
-  result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
-  result.error.certified = true;
-  if (planned.is_empty() || box.empty() || box.diagonal() == 0.0)
+MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
+{
+    if (options.tolerance)
+        require(*options.tolerance > 0.0 && std::isfinite(*options.tolerance), "mesh: tolerance",
+                *options.tolerance, "positive");
+    require(options.max_triangles > 0, "mesh: max_triangles must be positive");
+    MeshedSolid result;
+    result.method = "cells";
+    StageClock clock(result.seconds);
+    Solid planned = cut_out(solid, options.region);
+    if (options.plan) {
+        Plan p = plan(planned);
+        planned = p.solid;
+        result.explanation = std::move(p.explanation);
+    }
+    clock.end("plan");
+    const Box3 box = require_bounded(planned);
+    result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
+    result.error.certified = true;
+    if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
+    if (!is_polyhedral(planned)) require_above_rounding(result.tolerance, box);
+    // Half of the tolerance for curved operands of a boolean: the rest is for where they cross.
+    const SmoothMesher mesh_smooth_part = [&](const Solid& part, IndexedMesh& mesh) {
+        if (is_lone_freeform(part)) {
+            FreeformSource::Meshed made =
+                mesh_freeform(part, 0.5 * result.tolerance, {options.max_triangles, false});
+            mesh = std::move(made.mesh);
+            return made.bound;
+        }
+        MeshedSolid made;
+        made.tolerance = 0.5 * result.tolerance;
+        MeshOptions part_options = options;
+        part_options.measure = false;
+        mesh_curved(part, require_bounded(part), part_options, made);
+        mesh = std::move(made.mesh);
+        return made.error.bound;
+    };
+    // A tolerance of the size of the solid asks for nothing; work is done to one that does.
+    const double asked = result.tolerance;
+    result.tolerance = std::min(asked, kCoarsest * box.diagonal());
+    try {
+        const bool lone = is_lone_freeform(planned) && options.method != MeshMethod::Boolean;
+        if (lone && mesh_freeform_alone(planned, options, result)) {
+            clock.end("mesh");
+        } else if (options.method == MeshMethod::Boolean ||
+                   (options.method == MeshMethod::Auto &&
+                    (is_polyhedral(planned) || !is_smooth(planned)))) {
+            mesh_by_boolean(planned, box, mesh_smooth_part, result);
+        } else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
+            result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
+            GridRoad(planned, box, options, result).run();
+        } else {
+            mesh_curved(planned, box, options, result);
+        }
+    } catch (const ToleranceNotMet& failure) {
+        throw ToleranceNotMet(failure.what(), asked, failure.reached(), failure.where());
+    }
+    result.tolerance = asked;
     return result;
-  if (!is_polyhedral(planned))
-    require_above_rounding(result.tolerance, box);
-  // Half of the tolerance for curved operands of a boolean: the rest is for
-  // where they cross.
-  const SmoothMesher mesh_smooth_part = [&](const Solid &part,
-                                            IndexedMesh &mesh) {
-    if (is_lone_freeform(part)) {
-      FreeformSource::Meshed made = mesh_freeform(
-          part, 0.5 * result.tolerance, {options.max_triangles, false});
-      mesh = std::move(made.mesh);
-      return made.bound;
-    }
-    MeshedSolid made;
-    made.tolerance = 0.5 * result.tolerance;
-    MeshOptions part_options = options;
-    part_options.measure = false;
-    mesh_curved(part, require_bounded(part), part_options, made);
-    mesh = std::move(made.mesh);
-    return made.error.bound;
-  };
-  // A tolerance of the size of the solid asks for nothing; work is done to one
-  // that does.
-  const double asked = result.tolerance;
-  result.tolerance = std::min(asked, kCoarsest * box.diagonal());
-  try {
-    const bool lone =
-        is_lone_freeform(planned) && options.method != MeshMethod::Boolean;
-    if (lone && mesh_freeform_alone(planned, options, result)) {
-      clock.end("mesh");
-    } else if (options.method == MeshMethod::Boolean ||
-               (options.method == MeshMethod::Auto &&
-                (is_polyhedral(planned) || !is_smooth(planned)))) {
-      mesh_by_boolean(planned, box, mesh_smooth_part, result);
-    } else if (options.method == MeshMethod::Emc ||
-               options.method == MeshMethod::Mc) {
-      result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
-      GridRoad(planned, box, options, result).run();
-    } else {
-      mesh_curved(planned, box, options, result);
-    }
-  } catch (const ToleranceNotMet &failure) {
-    throw ToleranceNotMet(failure.what(), asked, failure.reached(),
-                          failure.where());
-  }
-  result.tolerance = asked;
-  return result;
 }
 
-} // namespace genus
+}  // namespace genus
