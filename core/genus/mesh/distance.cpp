@@ -239,7 +239,7 @@ public:
         ++n_;
     }
     std::size_t size() const { return n_; }
-    /// Not too many corners to hold.
+    // False: there were more corners than it holds.
     bool is_whole() const { return n_ <= kMost; }
     const Vec3& operator[](std::size_t i) const { return points_[i]; }
     const Vec3* begin() const { return points_.data(); }
@@ -391,12 +391,13 @@ private:
     // which lies over the face: the rest is left to the faces beside it.
     double settle(const Part& part, std::int32_t face, std::vector<Open>& open) const
     {
-        if (!part.is_whole()) return kNoBound;
         const double farthest = farthest_from(part, face);
         if (farthest <= enough()) return farthest;
         std::array<Part, 3> beyond;
         const Part over = cut_along(face, part, beyond);
         if (over.size() < 3 || !over.is_whole()) return kNoBound;
+        for (const Part& rest : beyond)
+            if (!rest.is_whole()) return kNoBound;
         const double farthest_over = farthest_from(over, face);
         if (farthest_over > enough()) return kNoBound;
         for (std::int32_t side = 0; side < 3; ++side)
