@@ -401,8 +401,7 @@ near the solid.
             "What planning leaves out of the work.")
         .def("mesh", &make_mesh, py::arg("tolerance") = py::none(), py::arg("method") = "auto",
              py::kw_only(), py::arg("plan") = true, py::arg("measure") = true,
-             py::arg("region") = py::none(),
-             py::arg("max_triangles") = MeshOptions{}.max_triangles,
+             py::arg("region") = py::none(), py::arg("max_triangles") = MeshOptions{}.max_triangles,
              py::arg("progress") = py::none(),
              R"(Closed triangle mesh no farther than tolerance from the solid, both ways.
 

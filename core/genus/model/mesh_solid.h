@@ -60,7 +60,8 @@ struct MeshedSolid {
 /// self-intersections, or the call throws.
 ///
 /// Throws UnboundedSolid naming the leaf, ToleranceNotMet with the places, InvalidInput for a
-/// tolerance that is not positive, a region that is no box or a polyhedron that is no closed surface, Cancelled.
+/// tolerance that is not positive, a region that is no box or a polyhedron that is no closed
+/// surface, Cancelled.
 MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options = {});
 
 }  // namespace genus
