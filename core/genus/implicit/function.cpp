@@ -181,7 +181,8 @@ bool Function::takes_second(std::size_t instruction, std::int32_t piece) const
     return (piece >> (at - choices_.begin()) & 1) != 0;
 }
 
-double Function::value_with(const Vec3& p, std::int32_t piece) const
+// All intermediate results at a point.
+const double* Function::results(const Vec3& p, std::int32_t piece) const
 {
     double* v = scratch<double>(code_.size());
     for (std::size_t i = 0; i < code_.size(); ++i) {
@@ -210,7 +211,12 @@ double Function::value_with(const Vec3& p, std::int32_t piece) const
                 v[i] = operate(c.operation, v[c.a], v[c.b], c.number);
         }
     }
-    return outside_if_undefined(v[code_.size() - 1]);
+    return v;
+}
+
+double Function::value_with(const Vec3& p, std::int32_t piece) const
+{
+    return outside_if_undefined(results(p, piece)[code_.size() - 1]);
 }
 
 double Function::value(const Vec3& p) const
@@ -399,23 +405,7 @@ std::int32_t Function::piece(const Vec3& p) const
 {
     if (choices_.size() > kMostChoices) return -1;
     if (choices_.empty()) return 0;
-    double* v = scratch<double>(code_.size());
-    for (std::size_t i = 0; i < code_.size(); ++i) {
-        const Instruction& c = code_[i];
-        switch (c.operation) {
-            case Operation::X:
-                v[i] = p[0];
-                break;
-            case Operation::Y:
-                v[i] = p[1];
-                break;
-            case Operation::Z:
-                v[i] = p[2];
-                break;
-            default:
-                v[i] = operate(c.operation, v[c.a], v[c.b], c.number);
-        }
-    }
+    const double* v = results(p, kAsItComes);
     // Only what is used decides: from the result down.
     std::vector<char> used(code_.size(), 0);
     used.back() = 1;

@@ -51,6 +51,7 @@ public:
     };
 
 private:
+    const double* results(const Vec3& p, std::int32_t piece) const;
     double value_with(const Vec3& p, std::int32_t piece) const;
     Vec3 gradient_with(const Vec3& p, std::int32_t piece) const;
     bool takes_second(std::size_t instruction, std::int32_t piece) const;

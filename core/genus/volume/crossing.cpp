@@ -1,34 +1,56 @@
 #include "genus/volume/crossing.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace genus {
 
 double find_root(const std::function<double(double)>& f, double f0, double f1)
 {
-    double low = 0.0, high = 1.0, f_low = f0, f_high = f1;
-    double weight_low = f0, weight_high = f1;  // as the Illinois rule halves them
-    double width = 1.0;
-    for (int step = 1; high - low > 0x1p-52 && f_low != 0.0 && f_high != 0.0; ++step) {
-        double t = low + (high - low) * (weight_low / (weight_low - weight_high));
-        if (step % 3 == 0) {
-            if (high - low > 0.5 * width) t = 0.5 * (low + high);
-            width = high - low;
+    constexpr double kStep = 0x1p-53;  // the least step, and half of the width that is enough
+    constexpr int kMostSteps = 60;     // after them only halving
+    // b is the best so far, the root lies between b and c, and a was before b.
+    double a = 0.0, b = 1.0, c = 0.0;
+    double fa = f0, fb = f1, fc = f0;
+    double step = 1.0, before = 1.0;
+    for (int n = 0;; ++n) {
+        if ((fb < 0.0) == (fc < 0.0)) {
+            c = a;
+            fc = fa;
+            step = before = b - a;
         }
-        if (!(t > low && t < high)) t = 0.5 * (low + high);
-        if (t == low || t == high) break;
-        const double value = f(t);
-        if ((value < 0.0) == (f_low < 0.0)) {
-            low = t;
-            f_low = weight_low = value;
-            weight_high *= 0.5;
-        } else {
-            high = t;
-            f_high = weight_high = value;
-            weight_low *= 0.5;
+        if (std::fabs(fc) < std::fabs(fb)) {
+            a = std::exchange(b, c);
+            c = a;
+            fa = std::exchange(fb, fc);
+            fc = fa;
         }
+        const double half = 0.5 * (c - b);
+        if (std::fabs(half) <= kStep || fb == 0.0) return b;
+        const double last = before, previous = step;
+        before = step = half;
+        if (n < kMostSteps && std::fabs(last) >= kStep && std::fabs(fa) > std::fabs(fb)) {
+            // Through two points a line, through three a parabola on its side. Comparisons with
+            // what is not a number fail, and the interval is halved.
+            const double s = fb / fa;
+            double p = 2.0 * half * s, q = 1.0 - s;
+            if (a != c) {
+                const double t = fa / fc, r = fb / fc;
+                p = s * (2.0 * half * t * (t - r) - (b - a) * (r - 1.0));
+                q = (t - 1.0) * (r - 1.0) * (s - 1.0);
+            }
+            if (p > 0.0) q = -q;
+            p = std::fabs(p);
+            if (2.0 * p < std::min(3.0 * half * q - std::fabs(kStep * q), std::fabs(last * q))) {
+                before = previous;
+                step = p / q;
+            }
+        }
+        a = b;
+        fa = fb;
+        b += std::fabs(step) > kStep ? step : std::copysign(kStep, half);
+        fb = f(b);
     }
-    return std::fabs(f_low) <= std::fabs(f_high) ? low : high;
 }
 
 Vec3 ExactCrossings::operator()(int axis, std::int32_t i, std::int32_t j, std::int32_t k) const

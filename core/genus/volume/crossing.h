@@ -16,12 +16,11 @@ namespace genus {
 using GridIndex = std::array<std::int32_t, 3>;
 
 /// A root of f in [0, 1], where f(0) and f(1), given, have different signs (zero counts with the
-/// positive ones). The returned t is one of two neighbouring doubles, or the two are within
-/// 2^-52, between which the sign changes; the one with the smaller |f|. At most some 120 calls,
-/// usually about ten.
+/// positive ones). The returned t is one of two doubles within 2^-52 between which the sign
+/// changes; the one with the smaller |f|. At most some 120 calls, usually about six, three for a
+/// linear f.
 ///
-/// Implements [ford1995] (Illinois rule), with a bisection wherever three steps did not halve the
-/// interval.
+/// Implements [brent1973], chapter 4.
 double find_root(const std::function<double(double)>& f, double f0, double f1);
 
 /// Points of the surface on samples, by linear interpolation along grid edges; the true sample
