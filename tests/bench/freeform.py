@@ -1,9 +1,10 @@
-"""Curves, patches and lattices of genus beside scipy, splinepy, geomdl and numpy, in one run.
+"""Curves, patches and lattices of genus beside OpenSubdiv, scipy, splinepy, geomdl and numpy.
 
     python tests/bench/freeform.py [--points N] [--json FILE]
 
 CPU seconds of all threads, best of three, arrays to arrays; peers that are not installed are left
-out with a note. geomdl works point by point and is timed on a thousandth of the points.
+out with a note. geomdl works point by point and is timed on a thousandth of the points. OpenSubdiv
+is driven by a C++ program beside this file, compiled on the way; it computes in single precision.
 """
 
 from __future__ import annotations
@@ -12,7 +13,10 @@ import argparse
 import importlib
 import json
 import math
+import shutil
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -41,6 +45,21 @@ def optional(name: str) -> Any:
     except ImportError:
         print(f"{name} is not installed: its columns are left out", file=sys.stderr)
         return None
+
+
+def opensubdiv_seconds(points: int) -> float | None:
+    """Of points and unit normals on a regular bicubic patch, best of three."""
+    compiler = shutil.which("c++")
+    if not compiler or not Path("/usr/include/opensubdiv").exists():
+        print("OpenSubdiv (libosd-dev) or a compiler is missing: left out", file=sys.stderr)
+        return None
+    source = Path(__file__).with_name("opensubdiv_peer.cpp")
+    with tempfile.TemporaryDirectory() as folder:
+        peer = Path(folder) / "peer"
+        build = [compiler, "-O3", "-march=native", "-std=c++17", str(source), "-losdCPU"]
+        subprocess.run([*build, "-o", str(peer)], check=True)
+        run = [str(peer), "bench", str(points)]
+        return float(subprocess.run(run, check=True, capture_output=True, text=True).stdout)
 
 
 def bernstein(n: int, t: np.ndarray) -> np.ndarray:
@@ -211,6 +230,8 @@ def rows(points: int) -> list[dict[str, Any]]:
             row[peer] = seconds * points / done
             if name.startswith("inverse"):
                 row[f"residual {peer}"] = float(np.abs(result).max())
+        if name.startswith("bicubic") and (seconds := opensubdiv_seconds(points)):
+            row["OpenSubdiv"] = seconds
         table.append(row)
     return table
 
@@ -221,7 +242,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     table = rows(arguments.points)
-    peers = ["scipy", "splinepy", "geomdl", "numpy"]
+    peers = ["OpenSubdiv", "scipy", "splinepy", "geomdl", "numpy"]
     lines = [["work", "genus", *peers, "best peer / genus", "goal"]]
     for row in table:
         times = [row[p] for p in peers if p in row]
