@@ -435,11 +435,12 @@ private:
 
     // Joins faces across flat edges that something crosses: these are then one flat.
     //
-    // False if a segment ends at a point that such an edge would make, which theory forbids for
-    // operands that keep their promises.
+    // False if that cannot be: a flat of an operand that crosses itself may cover a place twice,
+    // and a segment may end at a point that such an edge would make.
     bool join_flat_faces()
     {
         find_flats();
+        if (a_flat_overlaps_itself()) return false;
         for (auto& [face, segment] : segments_) {
             face = found_.flats.find(face);
             segment.other = found_.flats.find(segment.other);
@@ -466,12 +467,20 @@ private:
         }
     }
 
+    bool a_flat_overlaps_itself()
+    {
+        return std::any_of(found_.coplanar.begin(), found_.coplanar.end(), [&](const auto& pair) {
+            return found_.flats.find(pair.first) == found_.flats.find(pair.second);
+        });
+    }
+
     void forget_flat_edges()
     {
         flat_edge_.assign(flat_edge_.size(), 0);
         recipes_ = {};
         on_edge_.clear();
         in_face_.clear();
+        segments_.clear();
         found_.coplanar.clear();
     }
 
