@@ -105,6 +105,14 @@ T* scratch(std::size_t n)
     return room.data();
 }
 
+// The same, beside one that is in use.
+double* other_scratch(std::size_t n)
+{
+    thread_local std::vector<double> room;
+    if (room.size() < n) room.resize(n);
+    return room.data();
+}
+
 double outside_if_undefined(double value)
 {
     return std::isnan(value) ? kInfinity : value;
@@ -144,11 +152,13 @@ void operate_row(const Instruction& i, const double* __restrict a, const double*
     }
 }
 
-// A value with its derivatives along x, y and z.
-struct Dual {
-    double value;
-    Vec3 slope;
-};
+bool is_choice(Operation operation)
+{
+    return operation == Operation::Min || operation == Operation::Max ||
+           operation == Operation::Abs;
+}
+
+// A range with those of the derivatives along x, y and z.
 struct RangeDual {
     Range range;
     IntervalVec3 slope;
@@ -160,9 +170,7 @@ Function::Function(const Expression& expression)
     : expression_(expression), code_(Compiler().compile(expression.node()))
 {
     for (std::size_t i = 0; i < code_.size(); ++i) {
-        const Operation o = code_[i].operation;
-        if (o == Operation::Min || o == Operation::Max || o == Operation::Abs)
-            choices_.push_back(static_cast<std::int32_t>(i));
+        if (is_choice(code_[i].operation)) choices_.push_back(static_cast<std::int32_t>(i));
     }
 }
 
@@ -249,48 +257,36 @@ void Function::values(std::span<const Vec3> points, std::span<double> out) const
     }
 }
 
+// Backwards from the result: how it changes with each intermediate result, which parts that are not
+// chosen never get.
 Vec3 Function::gradient_with(const Vec3& p, std::int32_t piece) const
 {
-    Dual* d = scratch<Dual>(code_.size());
-    for (std::size_t i = 0; i < code_.size(); ++i) {
+    const double* v = results(p, piece);
+    if (std::isnan(v[code_.size() - 1])) return {};
+    double* slope = other_scratch(code_.size());
+    std::fill_n(slope, code_.size(), 0.0);
+    slope[code_.size() - 1] = 1.0;
+    Vec3 gradient;
+    for (std::size_t i = code_.size(); i-- > 0;) {
+        if (slope[i] == 0.0) continue;
         const Instruction& c = code_[i];
-        if (c.operation == Operation::Number) {
-            d[i] = {c.number, {}};
+        const int n = operand_count(c.operation);
+        if (n == 0) {
+            if (c.operation != Operation::Number)
+                gradient[static_cast<std::size_t>(c.operation) -
+                         static_cast<std::size_t>(Operation::X)] += slope[i];
             continue;
         }
-        if (operand_count(c.operation) == 0) {
-            const auto axis =
-                static_cast<std::size_t>(c.operation) - static_cast<std::size_t>(Operation::X);
-            d[i] = {p[axis], {}};
-            d[i].slope[axis] = 1.0;
-            continue;
-        }
-        const Dual &a = d[c.a], &b = d[c.b];
-        const double result = operate(c.operation, a.value, b.value, c.number);
-        auto [by_a, by_b] = derivatives(c.operation, a.value, b.value, c.number, result);
-        const bool chosen =
-            piece != kAsItComes && (c.operation == Operation::Min ||
-                                    c.operation == Operation::Max || c.operation == Operation::Abs);
-        double value = result;
-        if (chosen) {
+        auto [by_a, by_b] = derivatives(c.operation, v[c.a], v[c.b], c.number, v[i]);
+        if (piece != kAsItComes && is_choice(c.operation)) {
             const bool second = takes_second(i, piece);
-            if (c.operation == Operation::Abs) {
-                by_a = second ? -1.0 : 1.0;
-                value = by_a * a.value;
-            } else {
-                by_a = second ? 0.0 : 1.0;
-                by_b = second ? 1.0 : 0.0;
-                value = second ? b.value : a.value;
-            }
+            by_a = c.operation == Operation::Abs ? (second ? -1.0 : 1.0) : (second ? 0.0 : 1.0);
+            by_b = 1.0 - by_a;
         }
-        Vec3 slope;
-        // What does not count must not spoil the rest by being infinite.
-        if (by_a != 0.0 && a.slope != Vec3{}) slope += a.slope * by_a;
-        if (by_b != 0.0 && b.slope != Vec3{}) slope += b.slope * by_b;
-        d[i] = {value, slope};
+        if (by_a != 0.0) slope[c.a] += slope[i] * by_a;
+        if (n == 2 && by_b != 0.0) slope[c.b] += slope[i] * by_b;
     }
-    const Dual& result = d[code_.size() - 1];
-    return is_finite(result.slope) && !std::isnan(result.value) ? result.slope : Vec3{};
+    return is_finite(gradient) ? gradient : Vec3{};
 }
 
 Vec3 Function::gradient(const Vec3& p) const

@@ -12,12 +12,12 @@ namespace genus {
 /// An expression compiled to a list of instructions, equal subexpressions once. Where it is not
 /// defined it counts as outside: the value is +infinity, the gradient zero.
 ///
-/// A value costs an instruction each, less in a batch; a gradient, by forward differentiation,
-/// about four times as much; bounds by interval arithmetic some ten times. Reading is safe from
+/// A value costs an instruction each, less in a batch; a gradient, backwards from the result, two
+/// to three times as much; bounds by interval arithmetic some ten times. Reading is safe from
 /// many threads. Smooth pieces, see Implicit, are told apart up to 30 uses of min, max and abs.
 ///
-/// Implements [griewank2008], chapter 3 (forward mode); [moore2009], chapters 5 and 6 (natural
-/// interval extension of a function and its gradient).
+/// Implements [griewank2008], chapter 3 (reverse mode; forward for bounds); [moore2009], chapters 5
+/// and 6 (natural interval extension of a function and its gradient).
 class Function final : public Implicit {
 public:
     /// Throws InvalidInput for more than 10^6 different subexpressions. O(nodes).

@@ -106,19 +106,22 @@ TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
     Vec3 border;
     if (!samples_.is_true(at[0], at[1], at[2])) border[axis] = -1.0;
     if (!samples_.is_true(end[0], end[1], end[2])) border[axis] = 1.0;
-    if (border != Vec3{}) return {p, border, -1};
-    return {p, normalized(samples_.field().gradient(p)), samples_.field().piece(p)};
+    if (border != Vec3{}) return {p, border, true};
+    return {p, normalized(samples_.field().gradient(p))};
 }
 
 void Extractor::fill_cell(const CrossedCells::Cell& cell, Part& part) const
 {
     for (const CubeCase::Loop& loop : case_of(cube_cases(), samples_, cell).loops) {
-        std::vector<std::int32_t> rim;
-        std::vector<TangentElement> elements;
-        for (const std::uint8_t e : loop.edges) {
-            rim.push_back(cell.vertex[e]);
-            elements.push_back(elements_[rim.back()]);
+        std::array<std::int32_t, 12> vertices;
+        std::array<TangentElement, 12> found;
+        const std::size_t n = loop.edges.size();
+        for (std::size_t i = 0; i < n; ++i) {
+            vertices[i] = cell.vertex[loop.edges[i]];
+            found[i] = elements_[vertices[i]];
         }
+        const std::span rim = std::span(vertices).first(n);
+        const std::span elements = std::span(found).first(n);
         const Box3 box{samples_.point(cell.i, cell.j, cell.k),
                        samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
         if (const auto feature =

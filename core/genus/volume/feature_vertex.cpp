@@ -21,9 +21,12 @@ Eigen3 eigen(Matrix3 a)
 {
     Matrix3 v{{{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}};
     constexpr std::array<std::pair<int, int>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
-    for (int sweep = 0; sweep < 12; ++sweep)
+    for (int sweep = 0; sweep < 12; ++sweep) {
+        bool diagonal = true;
         for (const auto& [p, q] : kPairs) {
-            if (a[p][q] == 0.0) continue;
+            // Below rounding of the values beside it.
+            if (std::fabs(a[p][q]) <= 1e-18 * std::fabs(a[p][p] + a[q][q])) continue;
+            diagonal = false;
             const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
             const double t =
                 std::copysign(1.0, theta) / (std::fabs(theta) + std::sqrt(theta * theta + 1.0));
@@ -42,6 +45,8 @@ Eigen3 eigen(Matrix3 a)
             v[p] = vp * c - vq * s;
             v[q] = vp * s + vq * c;
         }
+        if (diagonal) break;
+    }
     return {{{a[0][0], a[1][1], a[2][2]}}, v};
 }
 
@@ -107,7 +112,7 @@ std::optional<Vec3> meet(const Implicit& field, const std::vector<std::int32_t>&
             const double length = norm(g);
             if (!(length > 0.0)) return std::nullopt;
             const Vec3 n = g / length;
-            planes.push_back({x - n * (field.piece_value(piece, x) / length), n, piece});
+            planes.push_back({x - n * (field.piece_value(piece, x) / length), n});
         }
         const Vec3 next = nearest_solution(planes, x, static_cast<int>(pieces.size()));
         const double moved = distance(next, x);
@@ -118,10 +123,12 @@ std::optional<Vec3> meet(const Implicit& field, const std::vector<std::int32_t>&
     return std::nullopt;
 }
 
-std::vector<std::int32_t> pieces_of(std::span<const TangentElement> elements)
+// Only asked for where there is a feature.
+std::vector<std::int32_t> pieces_of(const Implicit& field, std::span<const TangentElement> elements)
 {
     std::vector<std::int32_t> pieces;
-    for (const TangentElement& e : elements) pieces.push_back(e.piece);
+    for (const TangentElement& e : elements)
+        pieces.push_back(e.on_border ? -1 : field.piece(e.point));
     std::sort(pieces.begin(), pieces.end());
     pieces.erase(std::unique(pieces.begin(), pieces.end()), pieces.end());
     return pieces;
@@ -144,7 +151,7 @@ std::optional<Vec3> feature_vertex(const Implicit& field, double level,
     const std::optional<Vec3> start = feature_point(elements, options);
     if (!start) return std::nullopt;
     const Box3 region{cell.min - cell.size() * 0.25, cell.max + cell.size() * 0.25};
-    const std::vector<std::int32_t> pieces = pieces_of(elements);
+    const std::vector<std::int32_t> pieces = pieces_of(field, elements);
     // A piece may enter negated, so which of its levels belongs to another level of the field than
     // zero is not known.
     if (pieces.front() >= 0 && (pieces.size() == 2 || pieces.size() == 3) && level == 0.0)

@@ -13,8 +13,8 @@ namespace genus {
 /// A point of the surface with its tangent plane.
 struct TangentElement {
     Vec3 point;
-    Vec3 normal;         // unit length, outward
-    std::int32_t piece;  // of the field, see Implicit::piece; -1 where there is none
+    Vec3 normal;             // unit length, outward
+    bool on_border = false;  // of the grid, not on the field
 };
 
 struct FeatureOptions {

@@ -254,8 +254,8 @@ TEST(ExtendedMarchingCubes, SteinmetzSolidHasTheVolumeOfArchimedes)
 
 TEST(FeaturePoint, IsWhereThePlanesMeet)
 {
-    const TangentElement x{{{1, 5, 3}}, {{1, 0, 0}}, 0}, y{{{4, 2, 7}}, {{0, 1, 0}}, 1};
-    const TangentElement z{{{0, 0, 3}}, {{0, 0, 1}}, 2};
+    const TangentElement x{{{1, 5, 3}}, {{1, 0, 0}}}, y{{{4, 2, 7}}, {{0, 1, 0}}};
+    const TangentElement z{{{0, 0, 3}}, {{0, 0, 1}}};
     const TangentElement corner[] = {x, y, z}, edge[] = {x, y}, plane[] = {x, x};
     const Vec3 c = *feature_point(corner);
     EXPECT_NEAR(distance(c, {{1, 2, 3}}), 0.0, 1e-12);
