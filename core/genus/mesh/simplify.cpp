@@ -10,8 +10,8 @@
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
+#include "genus/mesh/collapse_mesh.h"
 #include "genus/mesh/distance.h"
-#include "genus/mesh/halfedge_mesh.h"
 #include "genus/mesh/measure.h"
 
 namespace genus {
@@ -76,7 +76,7 @@ struct Quadric {
 
 struct Candidate {
     double cost;  // squared distance, not negative
-    std::int32_t halfedge;
+    std::int32_t side;
     std::int32_t stamp;
 };
 
@@ -105,6 +105,15 @@ public:
         return std::nullopt;
     }
 
+    // That which is to come after so many others, if they are as cheap.
+    const Candidate* upcoming(std::size_t n) const
+    {
+        if (least_ >= kBuckets) return nullptr;
+        const Bucket& bucket = buckets_[least_];
+        return n < bucket.waiting.size() - bucket.first ? &bucket.waiting[bucket.first + n]
+                                                        : nullptr;
+    }
+
 private:
     struct Bucket {
         std::vector<Candidate> waiting;
@@ -126,15 +135,17 @@ private:
 class Simplifier {
 public:
     // Points relative to `origin`, so that a mesh far out loses nothing.
-    Simplifier(const HalfedgeMesh& mesh, const Vec3& origin) : mesh_(mesh)
+    Simplifier(const CollapseMesh& mesh, const std::vector<Vec3>& points, const Vec3& origin)
+        : mesh_(mesh),
+          vertices_(points.size()),
+          versions_(points.size(), 0),
+          queued_(mesh.n_sides(), 0)
     {
-        vertices_.resize(mesh_.vertex_slots());
-        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v)
-            vertices_[v].point = mesh_.point(Vertex(v)) - origin;
+        for (std::size_t v = 0; v < points.size(); ++v) vertices_[v].point = points[v] - origin;
         gather_quadrics();
-        queued_.assign(mesh_.halfedge_slots(), 0);
-        for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
-            if (const Halfedge h(i); h < mesh_.opposite(h)) push(h);
+        for_each_side([&](Side s) {
+            if (mesh_.opposite(s) < s) push(s);
+        });
     }
 
     // Until the next edge errs by more than `limit` or so many faces are left.
@@ -145,49 +156,69 @@ public:
             if (n % 4096 == 0) current_progress().check();
             const std::optional<Candidate> candidate = queue_.pop();
             if (!candidate) return;
+            fetch_ahead();
             const Candidate& next = *candidate;
             if (next.cost > 2.0 * limit2) return;  // all that follow err more
-            const Halfedge h(next.halfedge);
-            queued_[h.index] = 0;
-            if (next.cost > limit2 || !mesh_.is_alive(h)) continue;
+            const Side s = next.side;
+            queued_[s] = 0;
+            if (next.cost > limit2 || !mesh_.is_alive(s)) continue;
             // Costs grow as a rule: those of edges that changed are computed anew only here.
-            if (stamp(h) != next.stamp)
-                push(h);
+            if (stamp(s) != next.stamp)
+                push(s);
             else
-                collapse(h);
+                collapse(s);
         }
     }
 
     IndexedMesh result(const Vec3& origin) const
     {
         IndexedMesh out;
-        std::vector<std::int32_t> number(mesh_.vertex_slots(), -1);
-        for (std::size_t v = 0; v < mesh_.vertex_slots(); ++v) {
-            if (!mesh_.is_alive(Vertex(v)) || !mesh_.halfedge(Vertex(v)).valid()) continue;
+        std::vector<std::int32_t> number(vertices_.size(), -1);
+        for (std::size_t v = 0; v < vertices_.size(); ++v) {
+            if (mesh_.leaving(static_cast<std::int32_t>(v)) == CollapseMesh::kNone) continue;
             number[v] = static_cast<std::int32_t>(out.n_vertices());
             out.vertices.push_back(vertices_[v].point + origin);
         }
-        for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
-            if (!mesh_.is_alive(Face(f))) continue;
-            const Halfedge h = mesh_.halfedge(Face(f));
-            out.faces.push_back({number[mesh_.from(h).index], number[mesh_.to(h).index],
-                                 number[mesh_.to(mesh_.next(h)).index]});
-        }
+        for_each_side([&](Side s) {
+            if (s % 3 == 0)
+                out.faces.push_back(
+                    {number[mesh_.from(s)], number[mesh_.from(s + 1)], number[mesh_.from(s + 2)]});
+        });
         return out;
     }
 
 private:
+    using Side = CollapseMesh::Side;
+
     // What an edge needs to know of an end, together in memory.
     struct VertexData {
         Quadric quadric;
         Vec3 point;
-        std::int32_t version = 0;
     };
 
-    VertexData& from(Halfedge h) { return vertices_[mesh_.from(h).index]; }
-    VertexData& to(Halfedge h) { return vertices_[mesh_.to(h).index]; }
-    const VertexData& from(Halfedge h) const { return vertices_[mesh_.from(h).index]; }
-    const VertexData& to(Halfedge h) const { return vertices_[mesh_.to(h).index]; }
+    template <class Visit>
+    void for_each_side(Visit&& visit) const
+    {
+        for (Side s = 0; s < static_cast<Side>(mesh_.n_sides()); ++s)
+            if (mesh_.is_alive(s)) visit(s);
+    }
+
+    VertexData& from(Side s) { return vertices_[mesh_.from(s)]; }
+    VertexData& to(Side s) { return vertices_[mesh_.to(s)]; }
+    const VertexData& from(Side s) const { return vertices_[mesh_.from(s)]; }
+    const VertexData& to(Side s) const { return vertices_[mesh_.to(s)]; }
+
+    // Edges come from all over the mesh, and most of the time would go by waiting for memory.
+    GENUS_PREFETCHING void fetch_ahead() const
+    {
+        if (const Candidate* later = queue_.upcoming(24)) mesh_.prefetch_side(later->side);
+        const Candidate* soon = queue_.upcoming(10);
+        if (!soon || !mesh_.is_alive(soon->side)) return;
+        for (const VertexData* end : {&from(soon->side), &to(soon->side)}) {
+            prefetch(&end->quadric);
+            prefetch(&end->point);
+        }
+    }
 
     Vec3 area_vector(const Vec3& a, const Vec3& b, const Vec3& c) const
     {
@@ -196,36 +227,39 @@ private:
 
     void gather_quadrics()
     {
-        for (std::size_t f = 0; f < mesh_.face_slots(); ++f) {
-            std::array<Vertex, 3> v;
-            std::size_t i = 0;
-            for (const Halfedge h : mesh_.around(Face(f))) v[i++] = mesh_.from(h);
-            const Vec3& a = vertices_[v[0].index].point;
-            const Vec3 n = area_vector(a, vertices_[v[1].index].point, vertices_[v[2].index].point);
-            const double area = norm(n);
-            if (!(area > 0.0)) continue;
-            const Quadric q = Quadric::of_plane(n / area, a, area);
-            for (const Vertex corner : v) vertices_[corner.index].quadric += q;
-        }
-        for (std::size_t i = 0; i < mesh_.halfedge_slots(); ++i)
-            if (mesh_.is_boundary(Halfedge(i))) add_border_plane(mesh_.opposite(Halfedge(i)));
+        for_each_side([&](Side s) {
+            if (s % 3 == 0) add_plane(s);
+        });
+        for_each_side([&](Side s) {
+            if (mesh_.opposite(s) == CollapseMesh::kNone) add_border_plane(s);
+        });
+    }
+
+    void add_plane(Side s)
+    {
+        const Vec3& a = from(s).point;
+        const Vec3 n = area_vector(a, from(s + 1).point, from(s + 2).point);
+        const double area = norm(n);
+        if (!(area > 0.0)) return;
+        const Quadric q = Quadric::of_plane(n / area, a, area);
+        for (const Side corner : {s, s + 1, s + 2}) from(corner).quadric += q;
     }
 
     // The plane through a boundary edge at a right angle to its face.
-    void add_border_plane(Halfedge h)
+    void add_border_plane(Side s)
     {
-        const Vec3 &a = from(h).point, &b = to(h).point;
-        const Vec3 n = area_vector(a, b, to(mesh_.next(h)).point);
+        const Vec3 &a = from(s).point, &b = to(s).point;
+        const Vec3 n = area_vector(a, b, from(CollapseMesh::previous(s)).point);
         const Vec3 across = cross(b - a, n);
         if (!(norm(across) > 0.0)) return;
         const Quadric q = Quadric::of_plane(normalized(across), a, dot(b - a, b - a));
-        from(h).quadric += q;
-        to(h).quadric += q;
+        from(s).quadric += q;
+        to(s).quadric += q;
     }
 
-    Vec3 place(Halfedge h, const Quadric& q) const
+    Vec3 place(Side s, const Quadric& q) const
     {
-        const Vec3 &a = from(h).point, &b = to(h).point;
+        const Vec3 &a = from(s).point, &b = to(s).point;
         if (const std::optional<Vec3> p = q.least()) {
             // Far off the edge the quadric knows nothing of the surface.
             const Vec3 middle = 0.5 * a + 0.5 * b;
@@ -237,67 +271,77 @@ private:
         return at_a <= at_b ? a : b;
     }
 
-    Quadric sum(Halfedge h) const
+    Quadric sum(Side s) const
     {
-        Quadric q = from(h).quadric;
-        q += to(h).quadric;
+        Quadric q = from(s).quadric;
+        q += to(s).quadric;
         return q;
     }
 
-    double cost(Halfedge h) const
+    double cost(Side s) const
     {
-        const Quadric q = sum(h);
-        return q.weight > 0.0 ? std::max(0.0, q(place(h, q)) / q.weight) : 0.0;
+        const Quadric q = sum(s);
+        return q.weight > 0.0 ? std::max(0.0, q(place(s, q)) / q.weight) : 0.0;
     }
 
-    // The faces round `v` but those beside h, with v moved to p: none turns over or vanishes.
-    bool faces_stay(Vertex v, Halfedge h, const Vec3& p) const
+    // The faces round `v` but those beside s, with v moved to p: none turns over or vanishes.
+    bool faces_stay(std::int32_t v, Side s, const Vec3& p) const
     {
         constexpr double kLeastCosine = 0.1;
-        for (const Halfedge x : mesh_.outgoing(v)) {
-            if (mesh_.is_boundary(x)) continue;
-            const Face f = mesh_.face(x);
-            if (f == mesh_.face(h) || f == mesh_.face(mesh_.opposite(h))) continue;
-            const Vec3 &b = to(x).point, &c = to(mesh_.next(x)).point;
-            const Vec3 before = area_vector(vertices_[v.index].point, b, c),
-                       after = area_vector(p, b, c);
+        const std::int32_t beside = s / 3;
+        const Side o = mesh_.opposite(s);
+        bool stay = true;
+        mesh_.visit_leaving(v, [&](Side x) {
+            if (!stay || x / 3 == beside || (o >= 0 && x / 3 == o / 3)) return;
+            const Vec3 &b = to(x).point, &c = from(CollapseMesh::previous(x)).point;
+            const Vec3 before = area_vector(vertices_[v].point, b, c), after = area_vector(p, b, c);
             const double before2 = dot(before, before), after2 = dot(after, after);
-            if (!(after2 > 0.0)) return false;
             const double cosine = dot(before, after);
-            if (before2 > 0.0 &&
-                (cosine <= 0.0 || cosine * cosine < kLeastCosine * kLeastCosine * before2 * after2))
-                return false;
-        }
-        return true;
+            const bool turns =
+                before2 > 0.0 &&
+                (cosine <= 0.0 || cosine * cosine < kLeastCosine * kLeastCosine * before2 * after2);
+            stay = after2 > 0.0 && !turns;
+        });
+        return stay;
     }
 
-    void collapse(Halfedge h)
+    void collapse(Side s)
     {
-        const Quadric q = sum(h);
-        const Vec3 p = place(h, q);
-        const Vertex kept = mesh_.to(h);
-        if (!faces_stay(mesh_.from(h), h, p) || !faces_stay(kept, h, p)) return;
-        if (!mesh_.try_collapse_edge(h)) return;
-        vertices_[kept.index] = {q, p, ++last_version_};
-        for (const Halfedge x : mesh_.outgoing(kept)) {
-            // An edge that was two may have lost the entries of both.
-            if (!queued_[x.index] && !queued_[mesh_.opposite(x).index]) push(x);
-        }
+        const Quadric q = sum(s);
+        const Vec3 p = place(s, q);
+        const std::int32_t kept = mesh_.to(s);
+        if (!faces_stay(mesh_.from(s), s, p) || !faces_stay(kept, s, p)) return;
+        if (!mesh_.collapse(s)) return;
+        vertices_[kept] = {q, p};
+        versions_[kept] = ++last_version_;
+        // An edge that was two may have lost the entries of both.
+        mesh_.visit_leaving(kept, [&](Side x) {
+            push_if_missing(x);
+            if (const Side y = CollapseMesh::previous(x); mesh_.opposite(y) == CollapseMesh::kNone)
+                push_if_missing(y);
+        });
     }
 
-    void push(Halfedge h)
+    void push_if_missing(Side s)
     {
-        queue_.push({cost(h), h.index, stamp(h)});
-        queued_[h.index] = 1;
+        const Side o = mesh_.opposite(s);
+        if (!queued_[s] && (o == CollapseMesh::kNone || !queued_[o])) push(s);
+    }
+
+    void push(Side s)
+    {
+        queue_.push({cost(s), s, stamp(s)});
+        queued_[s] = 1;
     }
 
     // Grows whenever an end of the edge changes.
-    std::int32_t stamp(Halfedge h) const { return from(h).version + to(h).version; }
+    std::int32_t stamp(Side s) const { return versions_[mesh_.from(s)] + versions_[mesh_.to(s)]; }
 
-    HalfedgeMesh mesh_;
+    CollapseMesh mesh_;
     std::vector<VertexData> vertices_;
+    std::vector<std::int32_t> versions_;  // by vertex; asked much more often than the rest
     std::int32_t last_version_ = 0;
-    std::vector<std::uint8_t> queued_;  // by halfedge
+    std::vector<std::uint8_t> queued_;  // by side
     CandidateQueue queue_;
 };
 
@@ -328,13 +372,13 @@ SimplifiedMesh simplify(const IndexedMesh& mesh, const SimplifyOptions& options)
     for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
         if (!is_finite(mesh.vertices[v]))
             throw InvalidInput("simplify: vertex " + std::to_string(v) + " is not finite");
-    const HalfedgeMesh halfedges(mesh);
+    const CollapseMesh sides{TriangleHalfedgeMesh(mesh)};
     const Vec3 origin = mesh.vertices.empty() ? Vec3{} : bounds(mesh).center();
     SimplifiedMesh out;
     constexpr int kAttempts = 8;
     double limit = options.tolerance;
     while (out.attempts < kAttempts) {
-        Simplifier simplifier(halfedges, origin);
+        Simplifier simplifier(sides, mesh.vertices, origin);
         simplifier.run(limit, max_faces);
         out.mesh = simplifier.result(origin);
         ++out.attempts;

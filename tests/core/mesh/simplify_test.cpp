@@ -2,12 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
+#include <set>
 
 #include "cases/meshes.h"
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/mesh/collapse_mesh.h"
 #include "genus/mesh/distance.h"
 #include "genus/mesh/measure.h"
 #include "genus/mesh/shapes.h"
@@ -37,6 +42,45 @@ void expect_same_topology(const IndexedMesh& a, const IndexedMesh& b)
 }
 
 }  // namespace
+
+TEST(CollapseMesh, DoesWhatTheHalfedgeMeshDoes)
+{
+    // Random edges drawn together in both, to the end: the same are refused, the same is left.
+    using Faces = std::set<std::array<std::int32_t, 3>>;
+    const auto turned = [](std::array<std::int32_t, 3> f) {
+        std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
+        return f;
+    };
+    const std::array<IndexedMesh, 3> meshes{cases::torus(9, 7), cases::sheet(6, 5), icosphere(3)};
+    for (unsigned seed = 0; seed < 30; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        std::mt19937 random(seed);
+        const IndexedMesh& mesh = meshes[seed % meshes.size()];
+        HalfedgeMesh halfedges(mesh);
+        CollapseMesh sides{TriangleHalfedgeMesh(mesh)};
+        for (int step = 0; step < 600; ++step) {
+            const auto s = static_cast<std::int32_t>(random() % sides.n_sides());
+            if (!sides.is_alive(s)) continue;
+            const Halfedge h = halfedges.find(Vertex(sides.from(s)), Vertex(sides.to(s)));
+            ASSERT_TRUE(h.valid());
+            ASSERT_EQ(halfedges.try_collapse_edge(h), sides.collapse(s));
+            ASSERT_EQ(halfedges.n_faces(), sides.n_faces());
+        }
+        Faces left, right;
+        const PolygonMesh rest = halfedges.to_polygons();
+        std::vector<std::int32_t> slot;
+        for (std::size_t v = 0; v < halfedges.vertex_slots(); ++v)
+            if (halfedges.is_alive(Vertex(v))) slot.push_back(static_cast<std::int32_t>(v));
+        for (std::size_t f = 0; f < rest.n_faces(); ++f)
+            left.insert(turned({slot[rest.corners[3 * f]], slot[rest.corners[3 * f + 1]],
+                                slot[rest.corners[3 * f + 2]]}));
+        for (std::int32_t s = 0; s < static_cast<std::int32_t>(sides.n_sides()); s += 3)
+            if (sides.is_alive(s))
+                right.insert(turned({sides.from(s), sides.from(s + 1), sides.from(s + 2)}));
+        EXPECT_EQ(left, right);
+        EXPECT_LT(left.size(), mesh.n_faces() / 2);
+    }
+}
 
 TEST(Simplify, FlatFacesNeedNoMoreThanTheirCorners)
 {
