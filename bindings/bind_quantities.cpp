@@ -1,4 +1,6 @@
+#include "arrays.h"
 #include "bind.h"
+#include "genus/model/nearest.h"
 #include "genus/model/quantities.h"
 #include "long_call.h"
 
@@ -17,6 +19,21 @@ py::object bounded(const F& quantity, const Solid& solid, std::optional<double> 
     const BoundedValue found = long_call([&] { return quantity(solid, options); }, progress);
     return py::module_::import("genus.bounded")
         .attr("Bounded")(found.value, found.bound, found.certified);
+}
+
+py::tuple nearest(const Solid& solid, const ArrayLike& given, const py::object& progress)
+{
+    const PointArray array = to_point_array(given, "points");
+    const std::vector<SurfacePoint> found =
+        long_call([&] { return nearest_points(solid, rows(array)); }, progress);
+    std::vector<Vec3> points;
+    std::vector<double> distances, bounds;
+    for (const SurfacePoint& p : found) {
+        points.push_back(p.point);
+        distances.push_back(p.distance);
+        bounds.push_back(p.bound);
+    }
+    return py::make_tuple(to_array(points), to_array(distances), to_array(bounds));
 }
 
 }  // namespace
@@ -60,6 +77,15 @@ tolerance : the largest bound, square model units
 >>> a = genus.cylinder(h=1, r=1).area(relative=1e-8)
 >>> round(a, 6), a.bound <= 1e-8 * a
 (12.566371, True))");
+    solid.def(
+        "nearest", &nearest, py::arg("points"), py::kw_only(), py::arg("progress") = py::none(),
+        R"(For points (n, 3) the nearest of the surface, without a mesh: (points, distances, bounds).
+Faces, edges and corners count as the tree cuts them. No point of the surface is nearer than
+distance - bound.
+
+>>> points, distances, bounds = (genus.sphere(5) - genus.cylinder(20, 3)).nearest([[0, 0, -9]])
+>>> distances.round(9).tolist()
+[4.0])");
 }
 
 }  // namespace genus::python
