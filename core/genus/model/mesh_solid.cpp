@@ -398,6 +398,8 @@ public:
             clock_.end("gate");
             if (!sound) continue;
             result_.error = {reached, false, measured, {{"sampled", reached}}};
+            result_.explanation.add("samples of the grid decided by bounds of blocks",
+                                    report_.decided, "samples");
             result_.mesh = mesh.mesh;
             return;
         }
@@ -410,15 +412,17 @@ private:
     static constexpr double kReserve = 1.5;
     static constexpr int kMaxHalvings = 6;  // 1000 cells along the longest side
 
-    IndexedMesh on_grid(double cell) const
+    IndexedMesh on_grid(double cell)
     {
         if (options_.method == MeshMethod::Mc) {
             MarchingCubesOptions grid;
             grid.cell_size = cell;
+            grid.report = &report_;
             return marching_cubes(field_, box_, grid);
         }
         ExtendedMarchingCubesOptions grid;
         grid.cell_size = cell;
+        grid.report = &report_;
         return extended_marching_cubes(field_, box_, grid);
     }
 
@@ -449,6 +453,7 @@ private:
     CsgField field_;
     SignFormula formula_;
     Box3 box_;
+    SamplingReport report_;  // of the last grid
     std::vector<SurfaceForm> forms_;
 };
 
