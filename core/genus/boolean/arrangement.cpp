@@ -31,11 +31,11 @@ Candidates find_candidates(const Soup& soup, std::size_t most)
                                     if (certainly_apart(corners_of(soup, f), corners_of(soup, g)))
                                         return;
                                     found[part].push_back({f, g});
-                                    count.fetch_add(1, std::memory_order_relaxed);
+                                    if (soup.operand[f] != soup.operand[g])
+                                        count.fetch_add(1, std::memory_order_relaxed);
                                 });
     candidates.complete = count.load() <= most;
     if (!candidates.complete) return candidates;
-    candidates.pairs.reserve(count.load());
     for (const auto& part : found)
         candidates.pairs.insert(candidates.pairs.end(), part.begin(), part.end());
     return candidates;

@@ -14,7 +14,7 @@ namespace genus::exact {
 struct Candidates {
     BoxTree tree;  // over all faces of the soup
     std::vector<BoxTree::Pair> pairs;
-    bool complete = true;  // false: there are more than `most`, and none is listed
+    bool complete = true;  // false: more than `most` are of two operands, and none is listed
 };
 Candidates find_candidates(const Soup& soup, std::size_t most);
 

@@ -38,8 +38,9 @@ public:
         bury_inside();
         bury_outside();
         std::size_t n_saved = 0;
-        for (const auto& [f, g] : candidates_.pairs) n_saved += buried_[f] || buried_[g];
-        if (2 * n_saved < candidates_.pairs.size() || n_saved == 0) return {};
+        for (const auto& [f, g] : candidates_.pairs)
+            n_saved += soup_.operand[f] != soup_.operand[g] && (buried_[f] || buried_[g]);
+        if (2 * n_saved < near_.size() / 2 || n_saved == 0) return {};
         return std::move(buried_);
     }
 

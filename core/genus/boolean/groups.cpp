@@ -25,7 +25,7 @@ public:
         const std::size_t n_faces = soup.faces.size();
         Start start = look_over(soup, formula, n_operands,
                                 lists_.empty() ? kAnyNumber : kPairsToLookAt * n_faces);
-        if (lists_.empty() || few_pairs(start, n_faces))
+        if (lists_.empty() || few_pairs(start, soup))
             return solve_whole(soup, frame_, formula, n_operands, options_, std::move(start),
                                report_, place_);
         start = {};
@@ -81,16 +81,17 @@ private:
         }
     }
 
-    static bool few_pairs(const Start& start, std::size_t n_faces)
+    static bool few_pairs(const Start& start, const Soup& soup)
     {
         if (!start.candidates.complete) return false;
         const auto& pairs = start.candidates.pairs;
         const auto is_left = [&](const auto& pair) {
-            return start.buried.empty() ||
-                   (!start.buried[pair.first] && !start.buried[pair.second]);
+            return soup.operand[pair.first] != soup.operand[pair.second] &&
+                   (start.buried.empty() ||
+                    (!start.buried[pair.first] && !start.buried[pair.second]));
         };
         return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), is_left)) <=
-               kPairsToCut * n_faces;
+               kPairsToCut * soup.faces.size();
     }
 
     std::optional<Solved> solve_together(const std::vector<Index>& numbers,
