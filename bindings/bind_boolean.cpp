@@ -72,11 +72,23 @@ std::vector<py::object> operands_of(const py::args& args)
     return list;
 }
 
+template <class T>
+std::vector<T> all_of(const std::vector<py::object>& items, const std::string& kind)
+{
+    std::vector<T> list;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        if (!py::isinstance<T>(items[i]))
+            throw py::type_error("operand " + std::to_string(i) + " is a " +
+                                 Py_TYPE(items[i].ptr())->tp_name + ", not a " + kind +
+                                 "; all must be of one kind");
+        list.push_back(items[i].cast<T>());
+    }
+    return list;
+}
+
 std::vector<Solid> to_solids(const std::vector<py::object>& items)
 {
-    std::vector<Solid> solids;
-    for (const py::object& item : items) solids.push_back(item.cast<Solid>());
-    return solids;
+    return all_of<Solid>(items, "genus.Solid");
 }
 
 template <Operation of_meshes>
@@ -85,8 +97,9 @@ py::object combine_all(const py::args& args, Solid (*of_solids)(std::vector<Soli
     const std::vector<py::object> items = operands_of(args);
     if (items.empty() || !py::isinstance<Mesh>(items[0]))
         return py::cast(of_solids(to_solids(items)));
+    const std::vector<Mesh> list = all_of<Mesh>(items, "genus.Mesh");
     std::vector<const Mesh*> meshes;
-    for (const py::object& item : items) meshes.push_back(&item.cast<const Mesh&>());
+    for (const Mesh& mesh : list) meshes.push_back(&mesh);
     return py::cast(
         solve(meshes, of_meshes(static_cast<std::int32_t>(meshes.size())), true, py::none()));
 }

@@ -112,6 +112,53 @@ def test_union_of_meshes_is_a_mesh_and_of_solids_a_solid():
         genus.union(A, genus.cube(1))
 
 
+def test_solids_and_meshes_do_not_mix():
+    cube = genus.cube(1)
+    for operands in ([cube, cube.mesh()], [cube.mesh(), cube], [cube.mesh(), 3], [None]):
+        for combine in (genus.union, genus.difference, genus.intersection):
+            with pytest.raises(TypeError, match=f"operand {len(operands) - 1} is a"):
+                combine(operands)
+
+
+def test_odd_operands_give_what_theory_says_or_one_clear_error():
+    vertices, faces = (
+        np.array(a) for a in (genus.cube(1).mesh().vertices, genus.cube(1).mesh().faces)
+    )
+    cube = genus.Mesh(vertices, faces)
+    other = vertices + 0.5
+
+    def moved(k, value):
+        odd = vertices.copy()
+        odd[k, 1] = value
+        return genus.Mesh(odd, faces)
+
+    for bad, said in (
+        (genus.Mesh(vertices, faces[:-1]), "operand 1, face .*: not closed"),
+        (moved(3, np.nan), "operand 1, face .*: a coordinate is nan"),
+        (moved(3, -np.inf), "operand 1, face .*: a coordinate is -inf"),
+        (moved(3, 1e301), "operand 1, face .*: a coordinate is 1e.301"),
+    ):
+        with pytest.raises(genus.InvalidInput, match=said):
+            cube - bad
+    assert (cube + genus.Mesh(other, faces[:, ::-1])).volume == 1.875
+    assert (cube - genus.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))).volume == 1
+    assert (cube - genus.Mesh(other, np.concatenate([faces, faces]))).volume == 0.875
+    assert (cube + genus.Mesh(other, np.concatenate([faces, faces[:, ::-1]]))).volume == 1
+    assert (genus.Mesh(vertices * 1e100, faces) - cube).volume == pytest.approx(1e300)
+    assert (cube - genus.Mesh(vertices * [1, 1, 0], faces)).volume == 1
+    assert len(cube - cube) == 0
+
+
+def test_a_mesh_that_comes_up_again_gives_the_same_bits():
+    ball = genus.icosphere(1.0, 20)
+    tools = [genus.cube(0.4).translate([0.1 * i, 0, 0.8]).mesh() for i in range(4)]
+    for tool in tools + tools:
+        fresh = genus.Mesh(ball.vertices, ball.faces) - tool
+        again = ball - tool
+        assert np.array_equal(fresh.vertices, again.vertices)
+        assert np.array_equal(fresh.faces, again.faces)
+
+
 def test_faces_know_where_they_come_from():
     result = A - B
     assert result.source_operand.dtype == np.int32
