@@ -120,8 +120,8 @@ void openmesh_structure(const Soup& soup)
     const OpenMeshMesh mesh = openmesh_of(soup);
     report("openmesh", "bytes", static_cast<double>(live_bytes - before) / soup.points.size());
     time_it("openmesh", "halfedges", [&] { openmesh_of(soup); });
-    std::vector<OpenMesh::Vec3d> sums(soup.points.size());
     time_it("openmesh", "rings", [&] {
+        std::vector<OpenMesh::Vec3d> sums(soup.points.size());
         for (const auto v : mesh.vertices()) {
             OpenMesh::Vec3d sum(0, 0, 0);
             for (auto w = mesh.cvv_iter(v); w.is_valid(); ++w) sum += mesh.point(*w);
@@ -178,8 +178,8 @@ void cgal_structure(const Soup& soup)
     const SurfaceMesh mesh = cgal_of(soup);
     report("cgal", "bytes", static_cast<double>(live_bytes - before) / soup.points.size());
     time_it("cgal", "halfedges", [&] { cgal_of(soup); });
-    std::vector<Kernel::Vector_3> sums(soup.points.size());
     time_it("cgal", "rings", [&] {
+        std::vector<Kernel::Vector_3> sums(soup.points.size());
         for (const auto v : mesh.vertices()) {
             Kernel::Vector_3 sum = CGAL::NULL_VECTOR;
             for (const auto w : mesh.vertices_around_target(mesh.halfedge(v)))
