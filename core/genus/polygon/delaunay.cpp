@@ -205,27 +205,17 @@ private:
         end_row();
     }
 
-    // Triangles beyond the next edge go where their circle holds the point on the other side.
-    bool grow_above(std::int32_t a, std::int32_t b)
+    // The triangle beyond the next edge of a chain goes if its third corner lies in the circle
+    // through a, b, c, two of which are the ends of that edge.
+    bool grow(Chain& chain, std::int32_t a, std::int32_t b, std::int32_t c)
     {
-        const auto [near, far, side] = above_.back();
-        if (!is_open(side)) return false;
-        const std::int32_t apex = from(previous(side));
-        if (!holds(a, b, far, apex)) return false;
-        above_.back() = {apex, far, twin_[next(side)]};
-        above_.push_back({near, apex, twin_[previous(side)]});
-        free_.push_back(side / 3);
-        return true;
-    }
-
-    bool grow_below(std::int32_t a, std::int32_t b, std::int32_t c)
-    {
-        const auto [near, far, side] = below_.back();
+        const auto [near, far, side] = chain.back();
         if (!is_open(side)) return false;
         const std::int32_t apex = from(previous(side));
         if (!holds(a, b, c, apex)) return false;
-        below_.back() = {apex, far, twin_[previous(side)]};
-        below_.push_back({near, apex, twin_[next(side)]});
+        const bool above = &chain == &above_;
+        chain.back() = {apex, far, twin_[above ? next(side) : previous(side)]};
+        chain.push_back({near, apex, twin_[above ? previous(side) : next(side)]});
         free_.push_back(side / 3);
         return true;
     }
@@ -236,8 +226,8 @@ private:
     // tangent is the first triangle.
     void begin_row(std::int32_t a)
     {
-        while (grow_above(a, below_.back().far) ||
-               grow_below(a, below_.back().far, above_.back().far)) {
+        while (grow(above_, a, below_.back().far, above_.back().far) ||
+               grow(below_, a, below_.back().far, above_.back().far)) {
         }
         upper_ = above_.back().far;
         lower_ = below_.back().far;
@@ -253,9 +243,9 @@ private:
     {
         const bool above = turns_left(upper_, lower_, above_.back().far);
         const bool below = turns_left(upper_, lower_, below_.back().far);
-        while (above && grow_above(upper_, lower_)) {
+        while (above && grow(above_, upper_, lower_, above_.back().far)) {
         }
-        while (below && grow_below(upper_, lower_, below_.back().far)) {
+        while (below && grow(below_, upper_, lower_, below_.back().far)) {
         }
         if (above_.size() == 1 && below_.size() == 1) return false;
         const std::int32_t p = above_.back().far, q = below_.back().far;
