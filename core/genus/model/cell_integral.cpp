@@ -151,7 +151,7 @@ public:
     }
 
 private:
-    static constexpr double kTiny = 64.0 * kUnit;
+    static constexpr double kTiny = 64.0 * kUnit, kCoincident = 1e-12;
 
     // The height of graph i at (x, y), or of the bottom or top of the cell.
     Place height(int i, double x, double y) const
@@ -300,6 +300,11 @@ private:
                     linear_range(d.d0 / d.B - c.d0 / c.B, d.A / d.B - c.A / c.B, lo, hi) +
                     Interval(-spread - kTiny, spread + kTiny);
                 if (!apart.contains(0.0)) continue;
+                if (apart.magnitude() <= kCoincident) {
+                    // Planes through one line: about the strip between them nothing is known.
+                    uncertain_strips_ += apart.magnitude() * (hi - lo);
+                    continue;
+                }
                 const Interval turn = c.slope - d.slope;
                 if (turn.contains(0.0)) return false;
                 const double slope = std::min(std::fabs(turn.lo), std::fabs(turn.hi));
@@ -368,7 +373,7 @@ private:
             most_ = most;
         }
         if (!(reach_ > 0.0)) return false;
-        result_.error += uncertain_ * 2.0 * most_here_;
+        result_.error += (uncertain_ * 2.0 + uncertain_strips_) * most_here_;
         return true;
     }
 
@@ -517,7 +522,8 @@ private:
     std::vector<Curve> curves_;
     std::vector<double> breaks_;
     std::vector<Place> cuts_;
-    double uncertain_ = 0.0;  // length of x about which nothing is known
+    double uncertain_ = 0.0;         // length of x about which nothing is known
+    double uncertain_strips_ = 0.0;  // area of x and y besides
     double radius_ = 0.0, reach_ = 0.0, most_ = 0.0;
     double most_here_ = kInfinity;  // over the cell itself
     double summed_ = 0.0;

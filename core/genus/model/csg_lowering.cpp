@@ -8,6 +8,7 @@
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
+#include "genus/implicit/quadric_form.h"
 #include "genus/model/convex.h"
 #include "genus/model/leaf_mesh.h"
 
@@ -299,6 +300,32 @@ private:
     std::multimap<double, std::int32_t> by_key_;
 };
 
+// ---- Pairs of planes
+
+/// Two planes that cross, as half-spaces: along their common line the quadric has no gradient, so
+/// it would be no surface there. Nothing for other shapes.
+std::optional<Solid> as_half_spaces(const Shape& shape)
+{
+    const auto* any = std::get_if<QuadricShape>(&shape);
+    if (!any || any->surface.is_linear()) return std::nullopt;
+    const QuadricForm form(any->surface);
+    if (form.kind() != QuadricKind::PlanePair) return std::nullopt;
+    const std::array<Vec3, 3>& axes = form.axes();
+    const Vec3 first = normalized(cross(axes[2], axes[0] + axes[1]));
+    const Vec3 second = normalized(cross(axes[2], axes[0] - axes[1]));
+    const auto side = [&](const Vec3& normal, double sign) {
+        return half_space(sign * normal, sign * dot(normal, form.center()));
+    };
+    // F is the product of the two distances, or its negative.
+    const double product = dot(first, axes[0]) * dot(second, axes[0]);
+    const double sign = product * any->surface.value(form.center() + axes[0]) > 0.0 ? 1.0 : -1.0;
+    Solid pair = unite({intersect({side(first, 1.0), side(second, -sign)}),
+                        intersect({side(first, -1.0), side(second, sign)})});
+    if (!any->bounds) return pair;
+    const Solid box = transformed(cube(any->bounds->size()), translation(any->bounds->min));
+    return intersect({pair, box});
+}
+
 // ---- The tree as instructions
 
 /// A part of the formula under way: one term, or an operator on several. No terms: the constant
@@ -362,6 +389,11 @@ private:
                 break;
             }
         }
+        if (auto planes = as_half_spaces(node->shape)) {
+            expanded_.push_back(std::move(*planes));
+            open(&expanded_.back().node(), map, negated);
+            return;
+        }
         const bool is_union = std::holds_alternative<Union>(node->shape) ||
                               std::holds_alternative<Empty>(node->shape);
         stack_.push_back({node, map, negated, 0, {is_union == negated, {}}});
@@ -409,6 +441,7 @@ private:
         return static_cast<std::int32_t>(out_.instructions.size()) - 1;
     }
 
+    std::vector<Solid> expanded_;  // what stands for leaves of the tree
     LoweredTree out_;
     SurfaceIndex index_{out_.surfaces};
     std::vector<Frame> stack_;

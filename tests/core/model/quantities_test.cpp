@@ -97,7 +97,7 @@ TEST(Quantities, VolumesOfPartsAddUp)
     RandomShapes random(72);
     QuantityOptions options;
     options.tolerance = 0.1;
-    for (int trial = 0; trial < (std::getenv("GENUS_LONG") ? 200 : 1); ++trial) {
+    for (int trial = 0; trial < (std::getenv("GENUS_LONG") ? 200 : 2); ++trial) {
         SCOPED_TRACE(trial);
         const Solid a = random_tree(random, 2), b = random_tree(random, 2);
         const BoundedValue whole = volume(a, options), less = volume(subtract({a, b}), options),
@@ -126,6 +126,24 @@ TEST(Quantities, PolyhedraAreMeasuredOnTheirExactMesh)
     expect_within(area(notch), 54, 1e-6);
     EXPECT_EQ(volume(Solid()).value, 0.0);
     EXPECT_EQ(volume(Solid()).bound, 0.0);
+}
+
+TEST(Quantities, PairsOfPlanesAreHalfSpaces)
+{
+    // Half of the cube, whichever half; the line where the planes cross is no obstacle.
+    RandomShapes random(73);
+    for (const double sign : {1.0, -1.0}) {
+        const Quadric pair = Quadric::from_polynomial({sign, -sign, 0, 0, 0, 0, 0, 0, 0, 0});
+        const Solid wedges = quadric(pair, Box3{{{-1, -1, -1}}, {{1, 1, 1}}});
+        expect_within(volume(wedges), 4.0, 1e-6);
+        const Transform map = random.affine();
+        const CsgField field(transformed(wedges, map));
+        for (int i = 0; i < 200; ++i) {
+            const Vec3 p = random.point(1);
+            if (std::fabs(pair.value(p)) < 1e-9) continue;
+            EXPECT_EQ(field.value(apply(map, p)) <= 0.0, pair.value(p) <= 0.0);
+        }
+    }
 }
 
 TEST(Quantities, RefusesWhatItCannotDo)
