@@ -1,7 +1,7 @@
 """Mesh booleans of genus and its peers side by side: time, error, peak memory, growth with size.
 
     python tests/bench/boolean.py [--cases A,B] [--largest N] [--bunny FILE] [--memory]
-                                  [--json FILE] [--plot FILE]
+                                  [--edits N] [--json FILE] [--plot FILE]
 
 Times are CPU seconds of the process, all threads added, medians of three: from arrays to arrays,
 and the operation alone. All libraries run in one process, one after the other. The error is that of
@@ -420,6 +420,31 @@ def sweep(libraries: dict[str, Any], largest: int) -> dict[str, dict[int, float]
     return seconds
 
 
+def edits(library: Any, triangles: int) -> dict[str, float]:
+    """Seconds of small cuts into a ball: the first, the median of the next ones into the same ball,
+    and the median of those each into what the last one left. Operands are loaded beforehand."""
+    ball = library.load(sphere(max(1, round(math.sqrt(triangles / 20)))))
+    tools = [
+        library.load(turned(box([0.2, 0.0, 0.8], [0.4, 0.2, 1.1]), 2, 40.0 * i)) for i in range(6)
+    ]
+
+    def cut(solid: Any, tool: Any) -> tuple[float, Any]:
+        start = time.process_time()
+        result = library.solve([solid, tool], 1)
+        return time.process_time() - start, result
+
+    same = [cut(ball, tool)[0] for tool in tools]
+    chain, solid = [], ball
+    for tool in tools:
+        seconds, solid = cut(solid, tool)
+        chain.append(seconds)
+    return {
+        "first": same[0],
+        "same ball": statistics.median(same[1:]),
+        "chain": statistics.median(chain[1:]),
+    }
+
+
 def plot(seconds: dict[str, dict[int, float]], path: str) -> None:
     """Cost against size."""
     styles = ("o-", "s--", "^:", "d-.")
@@ -442,6 +467,7 @@ def main() -> int:
     parser.add_argument("--bunny", metavar="FILE", help="a mesh for a case of its own")
     parser.add_argument("--largest", type=int, default=0, help="last size of the sweep; 0: none")
     parser.add_argument("--memory", type=int, default=0, metavar="N", help="peak for N triangles")
+    parser.add_argument("--edits", type=int, default=0, metavar="N", help="cuts into N triangles")
     parser.add_argument("--json", metavar="FILE")
     parser.add_argument("--plot", metavar="FILE", help="the sweep as a picture")
     parser.add_argument("--peak", help=argparse.SUPPRESS)
@@ -465,8 +491,11 @@ def main() -> int:
     peaks = peak_memory(libraries, args.memory) if args.memory else {}
     for name, megabytes in peaks.items():
         print(f"{name}: {megabytes:.0f} MB beyond the operands")
+    cuts = {name: edits(lib, args.edits) for name, lib in libraries.items()} if args.edits else {}
+    for name, row in cuts.items():
+        print(f"{name}, a cut: " + ", ".join(f"{what} {s:.3f} s" for what, s in row.items()))
     if args.json:
-        report = {"cases": results, "sweep": seconds, "memory": peaks}
+        report = {"cases": results, "sweep": seconds, "memory": peaks, "edits": cuts}
         Path(args.json).write_text(json.dumps(report, indent=2) + "\n")
     if args.plot:
         plot(seconds, args.plot)

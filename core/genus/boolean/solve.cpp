@@ -8,6 +8,7 @@
 #include "genus/boolean/buried.h"
 #include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
+#include "genus/boolean/ray.h"
 #include "genus/boolean/winding.h"
 #include "genus/mesh/disjoint_sets.h"
 
@@ -63,6 +64,52 @@ std::vector<Index> find_turned_parts(const Solved& mesh, const Rounding& roundin
     std::vector<Index> bad;
     for (const Index f : rounding.turned)
         if (balance[parts.find(mesh.faces[f][0])] >= 0) bad.push_back(f);
+    return bad;
+}
+
+// Faces of parts of few faces that rounding left with no volume, or a negative one, and that lie in
+// nothing that they could hollow out. Exact.
+std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rounding)
+{
+    constexpr Index kFew = 16;
+    if (std::none_of(rounding.moved.begin(), rounding.moved.end(), [](char m) { return m != 0; }))
+        return {};
+    DisjointSets parts(mesh.points.size());
+    for (const Triangle& t : mesh.faces) {
+        parts.unite(t[0], t[1]);
+        parts.unite(t[0], t[2]);
+    }
+    std::vector<char> moved(mesh.points.size(), 0);  // by part
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (rounding.moved[v]) moved[parts.find(static_cast<Index>(v))] = 1;
+    std::vector<Index> size(mesh.points.size(), 0);  // by part
+    for (const Triangle& t : mesh.faces) ++size[parts.find(t[0])];
+    std::map<Index, std::vector<Index>> few;  // faces by part
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        const Index part = parts.find(mesh.faces[f][0]);
+        if (moved[part] && size[part] <= kFew) few[part].push_back(static_cast<Index>(f));
+    }
+    const auto corner = [&](Index f, int i) -> const Vec3& {
+        return mesh.points[mesh.faces[f][i]];
+    };
+    std::vector<Index> bad;
+    for (const auto& [part, list] : few) {
+        WideInt<4> volume;
+        for (const Index f : list)
+            volume = WideInt<4>(volume + plane_through(corner(f, 0), corner(f, 1), corner(f, 2)).d);
+        if (volume.sign() > 0) continue;
+        const Vec3& start = corner(list[0], 0);
+        const Vec3 first = corner(list[0], 1) - start;
+        const Vec3 second = corner(list[0], 2) - start;
+        const Ray ray{dominant_axis(start, start + first, start + second), start, first, second};
+        Index winding = 0;
+        for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+            const auto face = static_cast<Index>(f);
+            if (parts.find(mesh.faces[f][0]) != part)
+                winding += hit(ray, corner(face, 0), corner(face, 1), corner(face, 2));
+        }
+        if (winding == 0) bad.insert(bad.end(), list.begin(), list.end());
+    }
     return bad;
 }
 
@@ -260,6 +307,7 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
     for (int round = 0;; ++round) {
         std::vector<Index> bad = find_collisions(solved, rounding.moved);
         if (bad.empty()) bad = find_turned_parts(solved, rounding);
+        if (bad.empty()) bad = find_inverted_slivers(solved, rounding);
         if (bad.empty()) {
             solved.saw_all = saw_all;
             solved.touch_themselves = touch_themselves;
