@@ -58,6 +58,10 @@ py::class_<Solid> bind_model(py::module_& m);
 void bind_quantities(py::class_<Solid>& solid);
 /// Curves, patches, lattices; see freeform.h.
 void bind_freeform(py::module_& m, py::class_<Solid>& solid);
+/// Formulas, and solids made from them.
+void bind_implicit(py::module_& m);
+/// Grids, marching cubes and squares; after everything that they give back.
+void bind_volume(py::module_& m);
 void bind_boolean(py::module_& m, py::class_<Mesh>& mesh);
 void bind_io(py::module_& m, py::class_<Mesh>& mesh);
 void bind_language(py::module_& m);

@@ -21,6 +21,8 @@ PYBIND11_MODULE(_core, m)
     python::bind_freeform(m, solid);
     python::bind_region(m);
     python::bind_plane_construction(m, mesh);
+    python::bind_implicit(m);
+    python::bind_volume(m);
     python::bind_boolean(m, mesh);
     python::bind_io(m, mesh);
     python::bind_language(m);
