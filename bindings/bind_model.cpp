@@ -122,13 +122,13 @@ py::array inside(const Solid& solid, const py::object& points)
 py::array field_values(const Solid& solid, const py::object& points)
 {
     const PointArray array = to_point_array(points, "points");
-    return to_array(long_call([&] { return values(CsgField(solid), rows(array)); }));
+    return to_array(long_call([&] { return values(solid, rows(array)); }));
 }
 
 py::array field_gradients(const Solid& solid, const py::object& points)
 {
     const PointArray array = to_point_array(points, "points");
-    return to_array(long_call([&] { return gradients(CsgField(solid), rows(array)); }));
+    return to_array(long_call([&] { return gradients(solid, rows(array)); }));
 }
 
 py::array box_of(const Solid& solid, Number tolerance)
@@ -163,7 +163,7 @@ RayHits cast_rays(const Solid& solid, const ArrayLike& origins, const ArrayLike&
         throw py::value_error("ray_cast: " + std::to_string(from.shape(0)) + " origins, " +
                               std::to_string(along.shape(0)) + " directions");
     return long_call([&] {
-        const auto hits = ray_cast(CsgField(solid), rows(from), rows(along));
+        const auto hits = ray_cast(solid, rows(from), rows(along));
         RayHits all;
         for (std::size_t i = 0; i < hits.size(); ++i)
             for (const SolidHit& hit : hits[i]) all.add(i, hit);

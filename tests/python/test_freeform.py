@@ -3,7 +3,10 @@
 import itertools
 import math
 import os
+import shutil
+import subprocess
 from fractions import Fraction
+from pathlib import Path
 
 import genus
 import numpy as np
@@ -476,24 +479,51 @@ def test_affine_lattices_act_on_control_points():
 
 
 def test_a_deformed_solid_by_two_ways():
-    """Through the mesh, with a proven bound, and through the inverse map by extended marching
-    cubes: they agree within their bounds."""
+    """Through the mesh and through the inverse map by extended marching cubes, both with a proven
+    bound: they agree within their bounds."""
     lattice = bent_lattice(19, amount=0.4)
-    part = genus.sphere(1.2) - genus.cylinder(h=4, r=0.5, center=True)
-    solid = part.deform(lattice)
+    bored = genus.sphere(1.2) - genus.cylinder(h=4, r=0.5, center=True)
     tolerance = 0.05
-    through_mesh = solid.mesh(tolerance)
-    assert through_mesh.error.certified
-    assert through_mesh.error.measured <= through_mesh.error.bound <= tolerance
-    assert through_mesh.validate() == []
-    assert through_mesh.topology.genus == 1
-    through_inverse = solid.mesh(2 * tolerance, method="emc")
-    assert through_inverse.validate() == []
-    assert through_inverse.topology.genus == 1
-    assert through_inverse.error.bound <= 2 * tolerance
-    apart = through_mesh.distance(through_inverse).max
-    assert 0 < apart <= through_mesh.error.bound + through_inverse.error.bound
-    assert abs(through_mesh.volume - through_inverse.volume) <= apart * through_mesh.area
+    for part, holes in [(bored, 1)]:
+        solid = part.deform(lattice)
+        through_mesh = solid.mesh(tolerance)
+        through_inverse = solid.mesh(2 * tolerance, method="emc")
+        for mesh, asked in [(through_mesh, tolerance), (through_inverse, 2 * tolerance)]:
+            assert mesh.error.certified
+            assert mesh.error.measured <= mesh.error.bound <= asked
+            assert mesh.validate() == []
+            assert mesh.topology.genus == holes
+        apart = through_mesh.distance(through_inverse).max
+        assert 0 < apart <= through_mesh.error.bound + through_inverse.error.bound
+        assert abs(through_mesh.volume - through_inverse.volume) <= apart * through_mesh.area
+
+
+def test_questions_to_deformed_solids_and_patches(teapot):
+    """By the inverse map where there is one, else by a mesh within 1/4096 of the diagonal."""
+    rng = np.random.default_rng(31)
+    lattice = bent_lattice(19, amount=0.4)
+    part = genus.cube(1.6, center=True) - genus.sphere(0.7)
+    solid = part.deform(lattice)
+    x = rng.uniform(-1.2, 1.2, (500, 3))
+    y = lattice.apply(x)
+    np.testing.assert_array_equal(solid.contains(y), part.contains(x))
+    np.testing.assert_allclose(solid.value(y), part.value(x), atol=1e-9)
+    # Derivative along any way: that of the function before, by the chain rule.
+    d = 1e-6 * rng.standard_normal((500, 3))
+    slope = (solid.value(y + d) - solid.value(y - d)) / 2
+    good = np.abs(slope - (solid.gradient(y) * d).sum(1)) < 1e-3 * np.linalg.norm(d, axis=1)
+    assert good.mean() > 0.98  # all but those next to a crease
+    hits = solid.ray_cast([[-5, 0.1, 0.1]] * 2, [[1, 0, 0], [1, 0.01, 0]])
+    assert len(hits) >= 4
+    assert np.abs(solid.value(hits.points)).max() < 1e-9
+    both = solid | genus.sphere(0.3).translate([3, 0, 0])
+    assert both.contains([[3, 0, 0.2], [3, 0, 0.4]]).tolist() == [True, False]
+
+    pot = genus.solid(teapot)
+    mesh = pot.mesh(0.01)
+    points = rng.uniform(*mesh.bounds, (300, 3))
+    clear = mesh.nearest(points)[1] > 0.02
+    np.testing.assert_array_equal(pot.contains(points)[clear], mesh.contains(points)[clear])
 
 
 def test_deformed_solids_go_into_booleans():
@@ -506,6 +536,22 @@ def test_deformed_solids_go_into_booleans():
     moved = bent.translate([10, 0, 0]).mesh(0.02)
     assert moved.error.certified
     assert moved.bounds[0, 0] > 8
+
+
+def test_a_boolean_of_curved_parts_is_certified_where_they_cross_at_an_angle():
+    """The bound holds against the closed form; a touch is not called proven."""
+    rest = genus.Lattice([-2, -2, -2], 4 * np.eye(3), degree=(1, 1, 1))
+    ball = genus.sphere(1).deform(rest)  # meshed by itself, so that a boolean has to join it
+    cut = (ball - genus.cube([0.5, 0.5, 3])).mesh(0.02)
+    assert cut.error.certified
+    assert cut.error.measured <= cut.error.bound <= 0.02
+    radius = np.linalg.norm(cut.vertices, axis=1)
+    assert radius.max() <= 1 + cut.error.bound
+    # The corner of the notch on the axis, and its edge at the corner of the cube on the ball.
+    edge = np.array([0.5, 0.5, math.sqrt(0.5)])
+    assert np.linalg.norm(cut.vertices - edge, axis=1).min() <= cut.error.bound
+    touch = (ball | genus.sphere(1).translate([1.9999, 0, 0])).mesh(0.01)
+    assert not touch.error.certified
 
 
 def test_a_torn_solid_is_refused():
@@ -616,6 +662,47 @@ def test_subdivision_keeps_the_euler_number_and_its_limit():
     loop = genus.subdivide(genus.cube(1).mesh(), 2, "loop")
     assert loop.topology.euler == 2
     assert loop.is_closed
+
+
+def opensubdiv_limit(peer, points, faces, scheme, creases):
+    lines = [f"{scheme} 6 {len(points)} {len(faces)} {len(creases)}"]
+    lines += [" ".join(map(repr, map(float, p))) for p in points]
+    lines += [" ".join(map(str, [len(f), *f])) for f in faces]
+    lines += [f"{a} {b} {s}" for a, b, s in creases]
+    done = subprocess.run(
+        [peer, "limit"], input="\n".join(lines), text=True, capture_output=True, check=True
+    )
+    return np.array([line.split() for line in done.stdout.splitlines()], float)
+
+
+@pytest.mark.parametrize("scheme", ["catmull_clark", "loop"])
+def test_limit_points_are_those_of_opensubdiv(scheme, root, tmp_path):
+    """A cube, open and closed, with and without creases, and a torus of uneven faces."""
+    if not Path("/usr/include/opensubdiv").exists() or not shutil.which("c++"):
+        pytest.skip("OpenSubdiv's headers (libosd-dev) or a compiler are not installed")
+    peer = tmp_path / "peer"
+    source = root / "tests" / "bench" / "opensubdiv_peer.cpp"
+    subprocess.run(["c++", "-O1", "-std=c++17", source, "-losdCPU", "-o", peer], check=True)
+    rng = np.random.default_rng(41)
+    points = np.array(list(itertools.product((-1, 1), repeat=3))) + 0.2 * rng.standard_normal(
+        (8, 3)
+    )
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    if scheme == "loop":
+        quads = [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])]
+    name = "catmark" if scheme == "catmull_clark" else "loop"
+    edge = (quads[0][0], quads[0][1])
+    for faces, creases in [
+        (quads, []),
+        (quads, [(*edge, 10.0)]),
+        (quads, [(a, b, 10.0) for a, b in itertools.pairwise([*quads[0], quads[0][0]])]),
+        (quads[1:], []),
+    ]:
+        theirs = opensubdiv_limit(peer, points, faces, name, creases)
+        ours = genus.subdivide(
+            (points, faces), 1, scheme, creases=[(a, b) for a, b, _ in creases], limit=True
+        )
+        np.testing.assert_allclose(ours.vertices[:8], theirs[:, :3], atol=2e-4)
 
 
 # ---- Text models

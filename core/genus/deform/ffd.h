@@ -164,6 +164,7 @@ private:
     Box3 local_box(const Box3& x) const;
     std::array<IntervalVec3, 3> derivative_bounds(const std::vector<Piece>& pieces,
                                                   const Box3& stu) const;
+    bool regular(const std::vector<Piece>& pieces, const Box3& stu) const;
     std::optional<Vec3> newton(const Vec3& y, Vec3 stu, int& steps) const;
     double certify(const Vec3& y, const Vec3& stu) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
@@ -172,25 +173,28 @@ FoldReport Lattice::folds(int max_boxes) const
 
 namespace {
 
-// Every matrix between the bounds can be inverted: with the inverse Y of the middle one,
-// |I - Y M| < 1 in the norm of the largest row.
-bool regular(const std::array<IntervalVec3, 3>& columns)
+// The inverse of the matrix in the middle of the bounds, if there is one.
+std::optional<Columns3> middle_inverse(const std::array<IntervalVec3, 3>& columns)
 {
     Columns3 middle;
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t c = 0; c < 3; ++c) middle[a][c] = columns[a][c].mid();
-    if (determinant(middle) == 0.0) return false;
+    if (determinant(middle) == 0.0) return std::nullopt;
     const Columns3 y = inverted(middle);
+    return is_finite(y[0]) && is_finite(y[1]) && is_finite(y[2]) ? std::optional(y) : std::nullopt;
+}
+
+// Bound of |I - M| in the norm of the largest row, for every M between the bounds.
+double distance_from_identity(const std::array<IntervalVec3, 3>& columns)
+{
+    double largest = 0.0;
     for (std::size_t r = 0; r < 3; ++r) {
         Interval sum(0.0);
-        for (std::size_t a = 0; a < 3; ++a) {
-            Interval entry(r == a ? 1.0 : 0.0);
-            for (std::size_t c = 0; c < 3; ++c) entry = entry - Interval(y[c][r]) * columns[a][c];
-            sum = sum + Interval(entry.magnitude());
-        }
-        if (!(sum.hi < 1.0)) return false;
+        for (std::size_t a = 0; a < 3; ++a)
+            sum = sum + Interval((Interval(r == a ? 1.0 : 0.0) - columns[a][r]).magnitude());
+        largest = std::max(largest, sum.hi);
     }
-    return true;
+    return largest;
 }
 
 std::array<Box3, 2> halves(const Box3& box)
@@ -205,6 +209,31 @@ std::array<Box3, 2> halves(const Box3& box)
 }
 
 }  // namespace
+
+// With the inverse Y of a matrix in the middle, |I - Y F'| < 1 all over the box. Y goes to the
+// control points first, so that what their moves have in common stays together.
+bool Lattice::regular(const std::vector<Piece>& pieces, const Box3& stu) const
+{
+    const auto y = middle_inverse(derivative_bounds(pieces, stu));
+    if (!y) return false;
+    std::vector<Piece> turned;
+    double noise = 0.0;
+    for (const Piece& piece : pieces) {
+        if (pieces.size() > 1 && !overlap(piece.box, stu)) continue;
+        turned.push_back(piece);
+        const Vec3 start = piece.net.c[0];
+        double largest = 0.0;
+        for (Vec3& p : turned.back().net.c) {
+            largest = std::max(largest, norm(p - start));
+            p = times(*y, p - start);
+        }
+        const Vec3 width = stu.size();
+        const double stretch = norm((*y)[0]) + norm((*y)[1]) + norm((*y)[2]);
+        for (int a = 0; a < 3; ++a)
+            noise = std::max(noise, 64.0 * kEpsilon * degree(a) * stretch * largest / width[at(a)]);
+    }
+    return distance_from_identity(derivative_bounds(turned, stu)) + 3.0 * noise < 1.0;
+}
 
 bool Lattice::one_to_one(const Box3& x, int max_pairs) const
 {
@@ -228,7 +257,7 @@ bool Lattice::one_to_one(const Box3& x, int max_pairs) const
         Box3 both = a.box;
         both.add(b.box.min);
         both.add(b.box.max);
-        if (regular(derivative_bounds(all, both))) continue;
+        if (regular(all, both)) continue;
         const bool first = a.box.diagonal() >= b.box.diagonal();
         const std::array<Box3, 2> boxes = halves(first ? a.box : b.box);
         if (boxes[0].diagonal() < 0x1p-20) return false;

@@ -1,12 +1,18 @@
 #include "genus/model/boolean_road.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 #include <utility>
 
 #include "genus/base/error.h"
+#include "genus/base/parallel.h"
 #include "genus/base/progress.h"
+#include "genus/mesh/disjoint_sets.h"
+#include "genus/mesh/measure.h"
+#include "genus/model/boolean_certificate.h"
 #include "genus/model/leaf_mesh.h"
 
 namespace genus {
@@ -35,7 +41,8 @@ const Solid* only_part(const Shape& shape)
 class SceneBuilder {
 public:
     // Smooth parts that reach farther than `region` are cut off there; it holds the whole solid.
-    SceneBuilder(const SmoothMesher& mesher, const Box3& region) : mesher_(mesher), region_(region)
+    SceneBuilder(const SmoothMesher& mesher, double tolerance, const Box3& region)
+        : mesher_(mesher), tolerance_(tolerance), region_(region)
     {
     }
 
@@ -106,10 +113,63 @@ private:
         if (!placed.bounds().bounded())
             placed =
                 intersect({placed, transformed(cube(region_.size()), translation(region_.min))});
-        IndexedMesh mesh;
-        scene_.deviation = std::max(scene_.deviation, mesher_(placed, mesh));
+        SmoothMesh made = mesher_(placed, tolerance_);
+        scene_.certified = scene_.certified && made.certified;
+        std::vector<IndexedMesh> parts = closed_surfaces(std::move(made.mesh));
+        std::vector<BooleanFormula::Term> terms;
+        for (IndexedMesh& part : parts) {
+            terms.push_back({static_cast<std::int32_t>(scene_.operands.size()), true, false});
+            add_operand(std::move(part), made.bound, made.to_surface);
+        }
+        return terms.size() == 1 ? terms[0]
+                                 : BooleanFormula::Term{scene_.formula.add(false, std::move(terms)),
+                                                        false, false};
+    }
+
+    void add_operand(IndexedMesh mesh, double deviation, FreeformSource::ToSurface to_surface)
+    {
         scene_.operands.push_back(std::move(mesh));
-        return {static_cast<std::int32_t>(scene_.operands.size()) - 1, true, false};
+        scene_.deviations.push_back(deviation);
+        scene_.to_surface.push_back(std::move(to_surface));
+    }
+
+    // The parts connected by edges, if all of them turn outward: cavities belong to what is round
+    // them.
+    static std::vector<IndexedMesh> closed_surfaces(IndexedMesh mesh)
+    {
+        DisjointSets sets(mesh.n_faces());
+        std::unordered_map<std::uint64_t, std::int32_t> face_at_edge;
+        for (std::size_t f = 0; f < mesh.n_faces(); ++f)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto [a, b] = std::minmax({mesh.faces[f][k], mesh.faces[f][(k + 1) % 3]});
+                const auto key =
+                    static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
+                const auto number = static_cast<std::int32_t>(f);
+                sets.unite(face_at_edge.try_emplace(key, number).first->second, number);
+            }
+        struct Part {
+            IndexedMesh mesh;
+            std::unordered_map<std::int32_t, std::int32_t> number;  // of vertices, there
+        };
+        std::map<std::int32_t, Part> parts;
+        for (std::size_t f = 0; f < mesh.n_faces(); ++f) {
+            Part& part = parts[sets.find(static_cast<std::int32_t>(f))];
+            Triangle copy = mesh.faces[f];
+            for (std::int32_t& v : copy) {
+                const auto next = static_cast<std::int32_t>(part.mesh.n_vertices());
+                const auto [place, added] = part.number.try_emplace(v, next);
+                if (added) part.mesh.vertices.push_back(mesh.vertices[v]);
+                v = place->second;
+            }
+            part.mesh.faces.push_back(copy);
+        }
+        std::vector<IndexedMesh> result;
+        for (auto& [first, part] : parts) {
+            if (parts.size() == 1 || !(measure(part.mesh).volume > 0.0)) return {std::move(mesh)};
+            result.push_back(std::move(part.mesh));
+        }
+        if (result.empty()) result.push_back(std::move(mesh));
+        return result;
     }
 
     BooleanFormula::Term add_leaf(const Solid& solid, const Transform& map)
@@ -129,15 +189,19 @@ private:
             for (Vec3& v : mesh.vertices) v = apply(map, v);
         if (determinant(map) < 0.0)
             for (Triangle& f : mesh.faces) std::swap(f[1], f[2]);
-        scene_.operands.push_back(std::move(mesh));
+        double deviation = 0.0;
         if (const auto* given = std::get_if<Polyhedron>(&shape)) {
             scene_.clean_operands = false;
-            scene_.deviation = std::max(scene_.deviation, given->deviation * largest_stretch(map));
+            deviation = given->deviation * largest_stretch(map);
+            // Whoever made the mesh said so.
+            scene_.certified = scene_.certified && deviation == 0.0;
         }
+        add_operand(std::move(mesh), deviation, {});
         return {number, true, false};
     }
 
     const SmoothMesher& mesher_;
+    double tolerance_;
     Box3 region_;
     BooleanScene scene_;
     std::unordered_map<const Node*, IndexedMesh> leaves_;  // a shape used often is meshed once
@@ -150,17 +214,103 @@ double distance_to_plane(const Vec3& p, const IndexedMesh& mesh, const Triangle&
     return std::fabs(dot(normal, p - a));
 }
 
-double largest_deviation(const BooleanScene& scene, const MeshBooleanResult& made)
-{
-    double largest = 0.0;
-    for (std::size_t f = 0; f < made.mesh.n_faces(); ++f) {
-        const IndexedMesh& source = scene.operands[made.operand[f]];
-        for (const std::int32_t v : made.mesh.faces[f])
-            largest = std::max(largest, distance_to_plane(made.mesh.vertices[v], source,
-                                                          source.faces[made.source_face[f]]));
+// From points of the result to the exact surfaces that they come from.
+class Deviation {
+public:
+    Deviation(const BooleanScene& scene, const MeshBooleanResult& made) : scene_(scene), made_(made)
+    {
     }
-    return largest;
-}
+
+    double largest() const
+    {
+        const double faces = over(made_.mesh.n_faces(), [&](std::size_t f) {
+            return std::max(of_corners(f), of_middle(f));
+        });
+        const std::vector<std::array<std::int32_t, 2>> sources = sources_of_vertices();
+        return std::max(faces, over(sources.size(), [&](std::size_t v) {
+                            return sources[v][1] < 0 ? 0.0 : of_crossing(v, sources[v]);
+                        }));
+    }
+
+private:
+    template <class F>
+    static double over(std::size_t n, const F& f)
+    {
+        constexpr std::size_t kMost = 3'000;
+        const std::size_t stride = 1 + n / kMost;
+        std::vector<double> found((n + stride - 1) / stride, 0.0);
+        parallel_for(found.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) found[i] = f(i * stride);
+        });
+        return found.empty() ? 0.0 : *std::max_element(found.begin(), found.end());
+    }
+
+    // Of exact operands: what rounding did.
+    double of_corners(std::size_t f) const
+    {
+        const std::int32_t i = made_.operand[f];
+        if (scene_.deviations[i] > 0.0) return 0.0;
+        const IndexedMesh& source = scene_.operands[i];
+        double largest = 0.0;
+        for (const std::int32_t v : made_.mesh.faces[f])
+            largest = std::max(largest, distance_to_plane(made_.mesh.vertices[v], source,
+                                                          source.faces[made_.source_face[f]]));
+        return largest;
+    }
+
+    double of_middle(std::size_t f) const
+    {
+        const auto& to_surface = scene_.to_surface[made_.operand[f]];
+        if (!to_surface) return 0.0;
+        const Triangle& t = made_.mesh.faces[f];
+        const std::vector<Vec3>& v = made_.mesh.vertices;
+        const Vec3 middle = (v[t[0]] + v[t[1]] + v[t[2]]) / 3.0;
+        const auto p = to_surface(middle);
+        return p ? distance(*p, middle) : 0.0;
+    }
+
+    // Back and forth between two surfaces, until on both: their curve is there.
+    double of_crossing(std::size_t v, const std::array<std::int32_t, 2>& sources) const
+    {
+        constexpr int kSteps = 24;
+        const Vec3& start = made_.mesh.vertices[v];
+        Vec3 at = start;
+        for (int step = 0; step < kSteps; ++step) {
+            const Vec3 before = at;
+            for (const std::int32_t i : sources) {
+                const auto p = scene_.to_surface[i](at);
+                if (!p) return 0.0;
+                at = *p;
+            }
+            if (distance(at, before) <= 1e-3 * distance(at, start)) return distance(at, start);
+        }
+        return 0.0;
+    }
+
+    // The two curved operands whose faces meet in a vertex, -1 where there are not two.
+    std::vector<std::array<std::int32_t, 2>> sources_of_vertices() const
+    {
+        constexpr std::int32_t kMany = -2;
+        std::vector<std::array<std::int32_t, 2>> sources(made_.mesh.n_vertices(), {-1, -1});
+        for (std::size_t f = 0; f < made_.mesh.n_faces(); ++f)
+            for (const std::int32_t v : made_.mesh.faces[f]) {
+                const std::int32_t i = made_.operand[f];
+                auto& [first, second] = sources[v];
+                if (first == -1)
+                    first = i;
+                else if (second == -1 && i != first)
+                    second = i;
+                else if (i != first && i != second)
+                    second = kMany;
+            }
+        for (auto& [first, second] : sources)
+            if (second < 0 || !scene_.to_surface[first] || !scene_.to_surface[second]) second = -1;
+        return sources;
+    }
+
+    const BooleanScene& scene_;
+    const MeshBooleanResult& made_;
+};
 
 template <typename Holds>
 bool every_shape(const Solid& solid, const Holds& holds)
@@ -202,53 +352,114 @@ bool is_smooth(const Solid& solid)
     });
 }
 
-BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesher& mesher)
+BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
+                           double tolerance)
 {
-    return SceneBuilder(mesher, box.inflated(0.125 * box.diagonal())).build(solid);
+    return SceneBuilder(mesher, tolerance, box.inflated(0.125 * box.diagonal())).build(solid);
 }
+
+namespace {
+
+// One way through scene, boolean and proof.
+struct Attempt {
+    BooleanScene scene;
+    MeshBooleanResult made;
+    BooleanCertificate certificate;
+    double deviation = 0.0, snapped = 0.0, rounded = 0.0;
+
+    bool exact_parts() const { return deviation == 0.0; }
+};
+
+// Seconds by stage, those of all attempts added.
+class Stages {
+public:
+    explicit Stages(std::vector<std::pair<std::string, double>>& seconds) : seconds_(seconds) {}
+    void end(const char* stage)
+    {
+        const double now = seconds_now();
+        const auto at = std::find_if(seconds_.begin(), seconds_.end(),
+                                     [&](const auto& s) { return s.first == stage; });
+        if (at == seconds_.end())
+            seconds_.emplace_back(stage, now - last_);
+        else
+            at->second += now - last_;
+        last_ = now;
+    }
+
+private:
+    std::vector<std::pair<std::string, double>>& seconds_;
+    double last_ = seconds_now();
+};
+
+Attempt attempt(const Solid& solid, const Box3& box, const SmoothMesher& mesher, double share,
+                double tolerance, Stages& stages)
+{
+    Attempt a;
+    a.scene = boolean_scene(solid, box, mesher, share * tolerance);
+    stages.end("leaves");
+    MeshBooleanOptions options;
+    options.operands_may_cross_themselves = !a.scene.clean_operands;
+    a.made = mesh_boolean(a.scene.operands, a.scene.formula, options);
+    stages.end("boolean");
+    for (const double d : a.scene.deviations) a.deviation = std::max(a.deviation, d);
+    const MeshBooleanReport& report = a.made.report;
+    a.snapped = std::sqrt(3.0) * report.largest_snap;
+    // Corners where three planes meet are rounded to the grid, then to doubles of their size.
+    const Box3 all = bounds(a.made.mesh);
+    a.rounded = (report.n_new_points > 0 ? std::sqrt(3.0) * 0.5 * report.grid_step : 0.0) +
+                (all.empty() ? 0.0 : 0x1p-51 * (norm(all.min) + norm(all.max)));
+    if (!a.exact_parts() && a.scene.certified) {
+        const double rounding = a.snapped + a.rounded;
+        a.certificate = certify_boolean(a.scene.operands, a.scene.formula, a.scene.deviations,
+                                        2.0 * rounding, a.made, tolerance - rounding);
+        stages.end("certify");
+    }
+    return a;
+}
+
+}  // namespace
 
 void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
                      MeshedSolid& result)
 {
-    double last = seconds_now();
-    const auto end_stage = [&](const char* stage) {
-        const double now = seconds_now();
-        result.seconds.emplace_back(stage, now - last);
-        last = now;
-    };
+    constexpr double kShare = 0.25, kFinerShare = 0.1;  // of the tolerance, for smooth parts
     result.method = "boolean";
-    const BooleanScene scene = boolean_scene(solid, box, mesher);
-    end_stage("leaves");
-    MeshBooleanOptions options;
-    options.operands_may_cross_themselves = !scene.clean_operands;
-    MeshBooleanResult made = mesh_boolean(scene.operands, scene.formula, options);
-    end_stage("boolean");
-    result.error.measured = largest_deviation(scene, made);
-    end_stage("measure");
+    Stages stages(result.seconds);
+    Attempt a = attempt(solid, box, mesher, kShare, result.tolerance, stages);
+    if (!a.certificate.proven && !a.exact_parts() && a.scene.certified) {
+        try {
+            Attempt finer = attempt(solid, box, mesher, kFinerShare, result.tolerance, stages);
+            if (finer.certificate.proven) a = std::move(finer);
+        } catch (const ToleranceNotMet&) {
+            // Too many triangles: the first attempt is the answer.
+        }
+    }
+    result.error.measured = Deviation(a.scene, a.made).largest();
+    stages.end("measure");
 
-    const MeshBooleanReport& report = made.report;
-    const double snapped = std::sqrt(3.0) * report.largest_snap;
-    const double rounded = report.n_new_points > 0 ? std::sqrt(3.0) * 0.5 * report.grid_step : 0.0;
-    // Corners where three planes meet are rounded to the grid, then to doubles of their size.
-    const double digits =
-        bounds(made.mesh).empty()
-            ? 0.0
-            : 0x1p-51 * (norm(bounds(made.mesh).min) + norm(bounds(made.mesh).max));
-    result.error.bound = scene.deviation + snapped + rounded + digits;
-    result.error.certified = report.largest_snap == 0.0 && scene.deviation == 0.0;
-    result.error.parts = {{"curved operands", scene.deviation},
-                          {"rounding", rounded + digits},
-                          {"snapping", snapped}};
+    const MeshBooleanReport& report = a.made.report;
+    result.error.certified = a.exact_parts() ? report.largest_snap == 0.0 : a.certificate.proven;
+    const double curved = a.certificate.proven ? a.certificate.bound : a.deviation;
+    result.error.bound = curved + a.snapped + a.rounded;
+    result.error.parts = {
+        {"curved operands", curved}, {"rounding", a.rounded}, {"snapping", a.snapped}};
     if (result.error.bound > result.tolerance)
         throw ToleranceNotMet("mesh: the boolean of the parts is within " +
                                   to_text(result.error.bound) + " only, asked for " +
                                   to_text(result.tolerance),
                               result.tolerance, result.error.bound, {box});
-    result.explanation.add("operands that share the mesh of an equal one", scene.n_shared,
+    if (!a.certificate.doubtful.empty()) {
+        const Vec3 c = a.certificate.doubtful.front().center();
+        result.explanation.add("surfaces that touch or cross at a small angle: not proven near [" +
+                                   to_text(c[0]) + ", " + to_text(c[1]) + ", " + to_text(c[2]) +
+                                   "]",
+                               1, "places");
+    }
+    result.explanation.add("operands that share the mesh of an equal one", a.scene.n_shared,
                            "operands");
     result.explanation.add("faces that nothing touches passed through", report.n_passive_faces,
                            "faces");
-    result.mesh = std::move(made.mesh);
+    result.mesh = std::move(a.made.mesh);
 }
 
 }  // namespace genus

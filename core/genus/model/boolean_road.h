@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "genus/boolean/mesh_boolean.h"
+#include "genus/model/freeform.h"
 #include "genus/model/mesh_solid.h"
 #include "genus/model/solid.h"
 
@@ -15,35 +16,51 @@ bool is_polyhedral(const Solid& solid);
 /// a few faces.
 bool is_smooth(const Solid& solid);
 
-/// Makes a closed mesh of a smooth solid, or of a lone freeform one, within the distance it returns
-/// of the exact one.
-using SmoothMesher = std::function<double(const Solid& smooth, IndexedMesh& mesh)>;
+/// A closed mesh within `bound` of the exact solid, both ways; proven if `certified`.
+struct SmoothMesh {
+    IndexedMesh mesh;
+    double bound = 0.0;
+    bool certified = false;
+    FreeformSource::ToSurface to_surface;  // none where the surface is not known
+};
+/// Makes such a mesh of a smooth solid, or of a lone freeform one, to a tolerance.
+using SmoothMesher = std::function<SmoothMesh(const Solid& smooth, double tolerance)>;
 
 /// A tree as operands and a formula for mesh_boolean. A polyhedral leaf is one operand, with its
 /// transforms applied; smooth parts of one operator are one operand together, so that their common
-/// edges stay exact. Faces turn outward also under mirror images.
+/// edges stay exact. The closed surfaces of a freeform part are an operand each, united. Faces turn
+/// outward also under mirror images.
 struct BooleanScene {
     std::vector<IndexedMesh> operands;
     BooleanFormula formula;
     /// No operand crosses itself: all are made by us from primitives.
     bool clean_operands = true;
-    /// Largest distance of an operand to the exact shape that it stands for.
-    double deviation = 0.0;
+    /// Distance of each operand to the exact shape that it stands for, 0 for itself, and what takes
+    /// points to its surface.
+    std::vector<double> deviations;
+    std::vector<FreeformSource::ToSurface> to_surface;
+    /// All deviations are proven.
+    bool certified = true;
     /// Operands whose mesh was made once, for an equal one before them.
     std::int64_t n_shared = 0;
 };
 
-/// `box` holds the solid. Throws InvalidInput for a tree nested more than 8000 levels deep.
-BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesher& mesher);
+/// `box` holds the solid, `tolerance` is for smooth parts. Throws InvalidInput for a tree nested
+/// more than 8000 levels deep.
+BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
+                           double tolerance);
 
 /// One exact boolean of all leaves, curved ones made into meshes before. Fills mesh, error, seconds
 /// and explanation of `result`, whose `tolerance` is set.
 ///
 /// Of polyhedra alone, the bound is what snapping to the integer grid may move; it is certified
-/// where nothing had to move. Where operands stand for curved shapes the bound is an estimate:
-/// their largest deviation besides, which the crossings of surfaces at a small angle can exceed.
-/// `measured` is the largest distance of a corner of a face to the plane of the face that it comes
-/// from. Throws as mesh_boolean does, ToleranceNotMet if the bound exceeds the tolerance.
+/// where nothing had to move. Where operands stand for curved shapes they are made to a quarter of
+/// the tolerance, and if that proves nothing about the result (see certify_boolean) to a tenth. If
+/// that does not help either, surfaces touch or cross at a small angle: the bound is an estimate,
+/// the deviation of the operands, which the place where they do may exceed; the explanation tells
+/// where. `measured` is the largest distance, of those sampled, from the result to the exact
+/// surfaces it comes from, at edges to both. Throws as mesh_boolean does, ToleranceNotMet if the
+/// bound exceeds the tolerance.
 void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
                      MeshedSolid& result);
 

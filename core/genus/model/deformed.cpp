@@ -4,17 +4,21 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/deform/deform_mesh.h"
 #include "genus/mesh/aabb_tree.h"
-#include "genus/model/boolean_road.h"
+#include "genus/mesh/distance.h"
+#include "genus/model/certificate.h"
 #include "genus/model/csg_field.h"
 #include "genus/model/freeform.h"
 #include "genus/model/mesh_solid.h"
 #include "genus/model/queries.h"
+#include "genus/model/sign_formula.h"
+#include "genus/model/solid_field.h"
 #include "genus/model/surface_form.h"
 
 namespace genus {
@@ -22,6 +26,22 @@ namespace genus {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(std::int32_t i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+// Takes points of space to (s, t, u).
+Transform to_local(const Lattice& lattice)
+{
+    Transform t;
+    for (std::size_t r = 0; r < 3; ++r) {
+        for (std::size_t c = 0; c < 3; ++c) t.m[r][c] = lattice.axes()[c][r];
+        t.m[r][3] = lattice.origin()[r];
+    }
+    return inverse(t);
+}
 
 bool in_unit_cube(const Vec3& s)
 {
@@ -99,25 +119,28 @@ private:
 class DeformedField final : public Implicit {
 public:
     DeformedField(const Solid& part, const Lattice& lattice)
-        : field_(part), lattice_(lattice), inverse_(lattice_), outside_(part.bounds().diagonal())
+        : field_(solid_field(part)),
+          lattice_(lattice),
+          inverse_(lattice_),
+          outside_(part.bounds().diagonal())
     {
     }
 
     double value(const Vec3& y) const override
     {
         const auto x = inverse_(y);
-        return x ? field_.value(*x) : outside_;
+        return x ? field_->value(*x) : outside_;
     }
     Vec3 gradient(const Vec3& y) const override
     {
         const auto x = inverse_(y);
-        return x ? pushed(*x, field_.gradient(*x)) : Vec3{};
+        return x ? pushed(*x, field_->gradient(*x)) : Vec3{};
     }
     Interval bound(const Box3& box) const override
     {
         Interval range(kInfinity, -kInfinity);
         inverse_.visit_sources(
-            box, [&](const Box3& source) { range = hull(range, field_.bound(source)); });
+            box, [&](const Box3& source) { range = hull(range, field_->bound(source)); });
         if (inverse_.may_miss(box)) range = hull(range, Interval(outside_));
         return range;
     }
@@ -128,20 +151,26 @@ public:
     std::int32_t piece(const Vec3& y) const override
     {
         const auto x = inverse_(y);
-        return x ? field_.piece(*x) : -1;
+        return x ? field_->piece(*x) : -1;
     }
     double piece_value(std::int32_t surface, const Vec3& y) const override
     {
         const auto x = inverse_(y);
-        return x && surface >= 0 ? field_.piece_value(surface, *x) : outside_;
+        return x && surface >= 0 ? field_->piece_value(surface, *x) : outside_;
     }
     Vec3 piece_gradient(std::int32_t surface, const Vec3& y) const override
     {
         const auto x = inverse_(y);
-        return x && surface >= 0 ? pushed(*x, field_.piece_gradient(surface, *x)) : Vec3{};
+        return x && surface >= 0 ? pushed(*x, field_->piece_gradient(surface, *x)) : Vec3{};
     }
 
-    const CsgField& inner() const { return field_; }
+    /// Back, to the surface that is active there, and forth.
+    std::optional<Vec3> to_surface(const Vec3& y) const
+    {
+        const auto x = inverse_(y);
+        const auto p = x ? to_zero(*field_, *x) : std::nullopt;
+        return p ? std::optional(lattice_.apply(*p)) : std::nullopt;
+    }
     const InverseMap& inverse() const { return inverse_; }
 
 private:
@@ -155,7 +184,7 @@ private:
                d;
     }
 
-    CsgField field_;
+    std::shared_ptr<const Implicit> field_;
     Lattice lattice_;
     InverseMap inverse_;
     double outside_;
@@ -189,11 +218,7 @@ public:
 
     Meshed mesh(double tolerance, const Limits& limits) const override
     {
-        const FoldReport folds = lattice_.folds();
-        if (folds.kind == FoldReport::Kind::Folded)
-            throw InvalidInput("deform: the lattice turns space inside out at [" +
-                               to_text(folds.where[0]) + ", " + to_text(folds.where[1]) + ", " +
-                               to_text(folds.where[2]) + "]");
+        const bool unfolded = require_unfolded();
         const double stretch = lattice_.stretch(source_box_);
         MeshOptions options;
         options.tolerance = 0.5 * tolerance / stretch;
@@ -204,18 +229,37 @@ public:
             deformed_within(std::move(flat.mesh), lattice_, 0.5 * tolerance, limits.max_triangles);
         Meshed made;
         made.bound = stretch * flat.error.bound + image.bound;
-        made.certified = flat.error.certified && folds.kind == FoldReport::Kind::None;
+        made.certified = flat.error.certified && unfolded && one_to_one();
         made.mesh = std::move(image.mesh);
-        if (limits.measure) made.measured = field() ? sampled_distance(made.mesh) : image.measured;
+        if (limits.measure) made.measured = measured_distance(made.mesh, image.measured);
+        if (limits.to_surface && is_exact(part_))
+            made.to_surface = [field = deformed_field()](const Vec3& y) {
+                return field->to_surface(y);
+            };
         return made;
     }
 
     std::shared_ptr<const Implicit> field() const override { return deformed_field(); }
+    bool has_exact_field() const override { return is_exact(part_); }
+
+    std::optional<double> proven_distance(const IndexedMesh& mesh, double tolerance) const override
+    {
+        if (!require_unfolded() || !one_to_one()) return std::nullopt;
+        const auto source = pulled_back(mesh);
+        if (!source) return std::nullopt;
+        const double image = image_deviation(*source, mesh.vertices, lattice_);
+        if (!(image < tolerance)) return std::nullopt;
+        Box3 all = source_box_;
+        all.add(genus::bounds(*source));
+        const double stretch = lattice_.stretch(all) * (1.0 + 0x1p-40);
+        const auto flat = proven_source_distance(*source, (tolerance - image) / stretch);
+        if (!flat) return std::nullopt;
+        return std::min(tolerance, stretch * *flat + image);
+    }
 
     double sampled_distance(const IndexedMesh& mesh) const override
     {
-        const auto field = deformed_field();
-        return field ? std::max(from_mesh(mesh, *field), from_solid(mesh)) : 0.0;
+        return std::max(from_mesh(mesh, *deformed_field()), from_solid(mesh));
     }
 
 private:
@@ -226,22 +270,104 @@ private:
         hash_ *= 0xbf58476d1ce4e5b9U;
     }
 
-    // Null where a part is a polyhedron that is not convex, or freeform itself.
-    std::shared_ptr<const DeformedField> deformed_field() const
+    // Throws where space is turned inside out; true if it is shown not to be anywhere.
+    bool require_unfolded() const
     {
-        if (!is_smooth(part_) && !is_polyhedral(part_)) return nullptr;
-        try {
-            return std::make_shared<const DeformedField>(part_, lattice_);
-        } catch (const InvalidInput&) {
-            return nullptr;
-        }
+        const FoldReport folds = lattice_.folds();
+        if (folds.kind == FoldReport::Kind::Folded)
+            throw InvalidInput("deform: the lattice turns space inside out at [" +
+                               to_text(folds.where[0]) + ", " + to_text(folds.where[1]) + ", " +
+                               to_text(folds.where[2]) + "]");
+        return folds.kind == FoldReport::Kind::None;
     }
 
-    // From middles of faces and sides: back, to the surface that is active there, and forth.
+    // True if no two points of the solid are taken to one place: else its image may run into
+    // itself by less than a mesh shows. A border that rests leaves no other choice to a map
+    // without folds.
+    bool one_to_one() const
+    {
+        std::call_once(compared_, [&] { one_to_one_ = shown_one_to_one(); });
+        return one_to_one_;
+    }
+    bool shown_one_to_one() const
+    {
+        if (lattice_.border_continuity() >= 0) return true;
+        // What reaches out of the lattice, if only by rounding, does not go with it.
+        const Box3 local = image_bounds(part_, to_local(lattice_));
+        const Box3 all = Box3{{}, {{1, 1, 1}}}.inflated(1e-12);
+        return all.contains(local.min) && all.contains(local.max) &&
+               lattice_.one_to_one(source_box_);
+    }
+
+    std::shared_ptr<const DeformedField> deformed_field() const
+    {
+        std::call_once(field_made_,
+                       [&] { field_ = std::make_shared<const DeformedField>(part_, lattice_); });
+        return field_;
+    }
+
+    double measured_distance(const IndexedMesh& mesh, double between_meshes) const
+    {
+        // A function that comes from a mesh is no judge of one.
+        return is_exact(part_) ? sampled_distance(mesh) : between_meshes;
+    }
+
+    // The mesh whose vertices are taken to those of `mesh`; nothing if there is none.
+    std::optional<IndexedMesh> pulled_back(const IndexedMesh& mesh) const
+    {
+        const auto field = deformed_field();
+        IndexedMesh source = mesh;
+        std::vector<char> found(source.n_vertices(), 0);
+        parallel_for(found.size(), 256, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v)
+                if (const auto x = field->inverse()(mesh.vertices[v])) {
+                    source.vertices[v] = *x;
+                    found[v] = 1;
+                }
+        });
+        const bool all = std::all_of(found.begin(), found.end(), [](char f) { return f != 0; });
+        return all ? std::optional(std::move(source)) : std::nullopt;
+    }
+
+    // Of a mesh before the deformation: by signs of the functions of the solid, or beside a
+    // certified mesh of the solid where it has none.
+    std::optional<double> proven_source_distance(const IndexedMesh& mesh, double tolerance) const
+    {
+        if (has_formula(part_)) return proven_by_signs(mesh, tolerance);
+        MeshOptions options;
+        options.tolerance = 0.25 * tolerance;
+        options.measure = false;
+        const MeshedSolid other = mesh_solid(part_, options);
+        if (!other.error.certified) return std::nullopt;
+        DistanceOptions precise;
+        precise.sufficient = 0.7 * tolerance;
+        const double bound = mesh_distance(mesh, other.mesh, precise).bound + other.error.bound;
+        return bound <= tolerance ? std::optional(bound) : std::nullopt;
+    }
+
+    std::optional<double> proven_by_signs(const IndexedMesh& mesh, double tolerance) const
+    {
+        const CsgField field(part_);
+        const SignFormula formula(field);
+        const Box3 cube = cell_cube(source_box_);
+        std::vector<SurfaceForm> forms;
+        for (const Surface& s : field.surfaces()) forms.emplace_back(s, cube);
+        SurfaceMesh labelled;
+        labelled.mesh = mesh;
+        for (const Triangle& t : mesh.faces) {
+            const auto active = field.active(
+                (mesh.vertices[at(t[0])] + mesh.vertices[at(t[1])] + mesh.vertices[at(t[2])]) /
+                3.0);
+            if (active.surface < 0) return std::nullopt;
+            labelled.surface_of_face.push_back(2 * active.surface + (active.sign < 0.0 ? 1 : 0));
+        }
+        const Certificate c = certify(labelled, formula, forms, cube, tolerance);
+        return c.n_failed == 0 ? std::optional(c.bound) : std::nullopt;
+    }
+
+    // From middles of faces and sides.
     double from_mesh(const IndexedMesh& mesh, const DeformedField& field) const
     {
-        std::vector<SurfaceForm> forms;
-        for (const Surface& s : field.inner().surfaces()) forms.emplace_back(s, source_box_);
         constexpr std::size_t kMost = 20'000;
         const std::size_t stride = 1 + mesh.n_faces() / kMost;
         const std::size_t n = mesh.n_faces() / stride;
@@ -249,30 +375,15 @@ private:
         parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const Triangle& t = mesh.faces[i * stride];
-                const auto corner = [&](std::size_t k) {
-                    return mesh.vertices[static_cast<std::size_t>(t[k])];
-                };
-                const double reach = distance(corner(0), corner(1)) +
-                                     distance(corner(1), corner(2)) +
-                                     distance(corner(2), corner(0));
-                for (const Vec3& y :
-                     {(corner(0) + corner(1) + corner(2)) / 3.0, 0.5 * (corner(0) + corner(1))}) {
-                    const auto x = field.inverse()(y);
-                    found[i] = std::max(found[i], x ? to_surface(*x, y, reach, field, forms) : 0.0);
+                const Vec3 &a = mesh.vertices[at(t[0])], &b = mesh.vertices[at(t[1])],
+                           &c = mesh.vertices[at(t[2])];
+                for (const Vec3& y : {(a + b + c) / 3.0, 0.5 * (a + b)}) {
+                    if (const auto p = field.to_surface(y))
+                        found[i] = std::max(found[i], distance(*p, y));
                 }
             }
         });
         return found.empty() ? 0.0 : *std::max_element(found.begin(), found.end());
-    }
-
-    double to_surface(const Vec3& x, const Vec3& y, double reach, const DeformedField& field,
-                      const std::vector<SurfaceForm>& forms) const
-    {
-        const CsgField::Active active = field.inner().active(x);
-        if (active.surface < 0) return 0.0;
-        const SurfaceForm* form = &forms[static_cast<std::size_t>(active.surface)];
-        const auto p = project(std::span(&form, 1), x, 4.0 * reach + 1e-9 * norm(x));
-        return p ? distance(lattice_.apply(*p), y) : 0.0;
     }
 
     // From points of the exact surface: vertices of another mesh of the solid.
@@ -297,6 +408,9 @@ private:
     Lattice lattice_;
     Box3 source_box_, bounds_;
     std::uint64_t hash_ = 0;
+    mutable std::once_flag field_made_, compared_;
+    mutable bool one_to_one_ = false;
+    mutable std::shared_ptr<const DeformedField> field_;
 };
 
 }  // namespace

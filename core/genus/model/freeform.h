@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "genus/base/box.h"
@@ -19,12 +21,17 @@ public:
     struct Limits {
         std::int64_t max_triangles = 20'000'000;
         bool measure = false;
+        bool to_surface = false;  // make that of the result
     };
+    /// A point of the exact surface near one of the mesh, not always the nearest; nothing where
+    /// none is found.
+    using ToSurface = std::function<std::optional<Vec3>(const Vec3&)>;
     struct Meshed {
         IndexedMesh mesh;
         double bound = 0.0;  // distance to the exact surface, both ways
         bool certified = false;
         double measured = 0.0;  // found by sampling, where asked for
+        ToSurface to_surface;   // where asked for, if there is one
     };
 
     /// Holds the solid.
@@ -36,10 +43,18 @@ public:
     /// Closed and oriented; parts of it may cross each other, then all that they hold is meant.
     /// Throws InvalidInput where there is no closed surface, ToleranceNotMet.
     virtual Meshed mesh(double tolerance, const Limits& limits) const = 0;
-    /// A function that is negative inside, and from it meshes by marching cubes, as an independent
-    /// second way; null where there is none.
+    /// A function that is negative inside; from it, meshes by marching cubes as an independent
+    /// second way. Null where there is none.
     virtual std::shared_ptr<const Implicit> field() const { return nullptr; }
-    /// Of a mesh made from that function: largest distance found by sampling, both ways.
+    /// True if it vanishes on the surface itself, not on a mesh near it.
+    virtual bool has_exact_field() const { return false; }
+    /// Of a mesh made from that function: a distance, not above `tolerance`, beyond which no point
+    /// of either surface is from the other. Nothing where that is not proven.
+    virtual std::optional<double> proven_distance(const IndexedMesh&, double /*tolerance*/) const
+    {
+        return std::nullopt;
+    }
+    /// Of such a mesh: largest distance found by sampling, both ways.
     virtual double sampled_distance(const IndexedMesh&) const { return 0.0; }
 };
 

@@ -48,15 +48,35 @@ void place(const Transform& map, FreeformSource::Meshed& made)
     const double stretch = largest_stretch(map);
     made.bound = made.bound * stretch + 0x1p-50 * reach;
     made.measured *= stretch;
+    if (made.to_surface)
+        made.to_surface = [own = std::move(made.to_surface), map,
+                           back = inverse(map)](const Vec3& p) -> std::optional<Vec3> {
+            const auto x = own(apply(back, p));
+            return x ? std::optional(apply(map, *x)) : std::nullopt;
+        };
 }
 
-// By marching cubes, the grid made finer until what sampling finds leaves a third of the tolerance
-// in reserve.
+IndexedMesh on_grid(const Implicit& field, const Box3& box, double cell, MeshMethod method)
+{
+    if (method == MeshMethod::Mc) {
+        MarchingCubesOptions grid;
+        grid.cell_size = cell;
+        return marching_cubes(field, box, grid);
+    }
+    ExtendedMarchingCubesOptions grid;
+    grid.cell_size = cell;
+    return extended_marching_cubes(field, box, grid);
+}
+
+// By marching cubes, the grid made finer until the distance to the surface is proven. Where a few
+// grids beyond the one on which sampling leaves a third of the tolerance in reserve do not do it,
+// the mesh on that one is the answer, its bound estimated.
 FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolerance,
                                      const MeshOptions& options)
 {
     constexpr double kReserve = 1.5;
-    constexpr int kAttempts = 16;
+    constexpr int kAttempts = 16, kProofs = 4;
+    constexpr double kFiner = 0.7;
     constexpr double kOtherGrid = 0.87;  // where features of one grid run into each other
     const auto field = source.field();
     if (!field)
@@ -68,22 +88,16 @@ FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolera
     double cell = std::max({size[0], size[1], size[2]}) / 15.7;
     double reached = std::numeric_limits<double>::infinity();
     std::int64_t expected = 0;
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::optional<FreeformSource::Meshed> estimated;
+    int proofs = 0;
+    for (int attempt = 0; attempt < kAttempts && proofs < kProofs; ++attempt) {
         if (expected > options.max_triangles) break;
         FreeformSource::Meshed made;
-        if (options.method == MeshMethod::Mc) {
-            MarchingCubesOptions grid;
-            grid.cell_size = cell;
-            made.mesh = marching_cubes(*field, box, grid);
-        } else {
-            ExtendedMarchingCubesOptions grid;
-            grid.cell_size = cell;
-            made.mesh = extended_marching_cubes(*field, box, grid);
-        }
+        made.mesh = on_grid(*field, box, cell, options.method);
         expected = 4 * static_cast<std::int64_t>(made.mesh.n_faces());
         made.measured = source.sampled_distance(made.mesh);
-        reached = kReserve * made.measured;
-        if (!(reached <= tolerance)) {
+        reached = std::min(reached, kReserve * made.measured);
+        if (made.measured > 0.6 * tolerance) {
             cell *= 0.5;
             continue;
         }
@@ -91,9 +105,17 @@ FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolera
             cell *= kOtherGrid;
             continue;
         }
-        made.bound = reached;
-        return made;
+        ++proofs;
+        if (const auto bound = source.proven_distance(made.mesh, tolerance)) {
+            made.bound = *bound;
+            made.certified = true;
+            return made;
+        }
+        made.bound = kReserve * made.measured;
+        if (!estimated && made.bound <= tolerance) estimated = std::move(made);
+        cell *= kFiner;
     }
+    if (estimated) return std::move(*estimated);
     throw ToleranceNotMet(
         "mesh: no grid within the limits reaches the tolerance " + to_text(tolerance), tolerance,
         reached, {box});

@@ -14,7 +14,8 @@ FreeformSource::Meshed mesh_freeform(const Solid& solid, double tolerance,
                                      const FreeformSource::Limits& limits);
 
 /// Meshes a lone freeform leaf by itself: from its own mesh, with its own bound, for
-/// MeshMethod::Auto; by marching cubes on its function, with the error sampled, for Emc and Mc.
+/// MeshMethod::Auto; by marching cubes on its function for Emc and Mc, with a bound that is
+/// proven where the source can.
 /// Fills mesh, error and method of `result`, whose tolerance is set. False, and no change, where
 /// its own mesh crosses itself and a boolean has to unite its parts.
 /// Throws InvalidInput for Emc and Mc if there is no function, ToleranceNotMet.

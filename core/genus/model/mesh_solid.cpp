@@ -20,6 +20,7 @@
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
+#include "genus/model/solid_field.h"
 #include "genus/model/surface_form.h"
 #include "genus/volume/extended_marching_cubes.h"
 #include "genus/volume/marching_cubes.h"
@@ -518,21 +519,21 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
     if (!is_polyhedral(planned)) require_above_rounding(result.tolerance, box);
-    // Half of the tolerance for curved operands of a boolean: the rest is for where they cross.
-    const SmoothMesher mesh_smooth_part = [&](const Solid& part, IndexedMesh& mesh) {
+    const SmoothMesher mesh_smooth_part = [&](const Solid& part, double tolerance) -> SmoothMesh {
         if (is_lone_freeform(part)) {
             FreeformSource::Meshed made =
-                mesh_freeform(part, 0.5 * result.tolerance, {options.max_triangles, false});
-            mesh = std::move(made.mesh);
-            return made.bound;
+                mesh_freeform(part, tolerance, {options.max_triangles, false, true});
+            return {std::move(made.mesh), made.bound, made.certified, std::move(made.to_surface)};
         }
         MeshedSolid made;
-        made.tolerance = 0.5 * result.tolerance;
+        made.tolerance = tolerance;
         MeshOptions part_options = options;
         part_options.measure = false;
         mesh_curved(part, require_bounded(part), part_options, made);
-        mesh = std::move(made.mesh);
-        return made.error.bound;
+        return {std::move(made.mesh), made.error.bound, made.error.certified,
+                [field = std::make_shared<const CsgField>(part)](const Vec3& p) {
+                    return to_zero(*field, p);
+                }};
     };
     // A tolerance of the size of the solid asks for nothing; work is done to one that does.
     const double asked = result.tolerance;

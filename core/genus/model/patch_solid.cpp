@@ -1,8 +1,11 @@
 #include "genus/model/patch_solid.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "genus/base/error.h"
+#include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/measure.h"
 #include "genus/model/freeform.h"
 
@@ -16,6 +19,78 @@ std::uint64_t mixed(std::uint64_t hash, double value)
             (hash >> 2U);
     return hash * 0xbf58476d1ce4e5b9U;
 }
+
+// Points of patches near points of a mesh of them: the parameters of the nearest face, then steps
+// of Gauss and Newton.
+class OnPatches {
+public:
+    OnPatches(const PatchModel& model, const TessellatedPatches& made)
+        : patches_(model.patches()), made_(made), tree_(made_.mesh)
+    {
+    }
+
+    std::optional<Vec3> near(const Vec3& p) const
+    {
+        const ClosestPoint at = tree_.nearest(p);
+        if (at.face < 0) return std::nullopt;
+        const auto f = static_cast<std::size_t>(at.face);
+        const Vec3 b = shares(at.point, made_.mesh.faces[f]);
+        Vec2 uv{};
+        for (std::size_t k = 0; k < 3; ++k) uv += b[k] * made_.corners[f][k];
+        return std::visit([&](const auto& patch) { return closest(patch, p, uv); },
+                          patches_[static_cast<std::size_t>(made_.patch_of_face[f])]);
+    }
+
+private:
+    // Barycentric coordinates.
+    Vec3 shares(const Vec3& p, const Triangle& t) const
+    {
+        const auto corner = [&](std::size_t k) {
+            return made_.mesh.vertices[static_cast<std::size_t>(t[k])];
+        };
+        const Vec3 a = corner(0), e = corner(1) - a, g = corner(2) - a, n = cross(e, g);
+        const double area = dot(n, n);
+        if (!(area > 0.0)) return {{1, 0, 0}};
+        const double x = dot(cross(p - a, g), n) / area, y = dot(cross(e, p - a), n) / area;
+        return {{1.0 - x - y, x, y}};
+    }
+
+    static Vec2 in_domain(const TensorPatch&, Vec2 uv)
+    {
+        return {{std::clamp(uv[0], 0.0, 1.0), std::clamp(uv[1], 0.0, 1.0)}};
+    }
+    static Vec2 in_domain(const BezierTriangle&, Vec2 uv)
+    {
+        for (double& c : uv.c) c = std::max(c, 0.0);
+        const double sum = uv[0] + uv[1];
+        return sum > 1.0 ? uv / sum : uv;
+    }
+
+    template <class P>
+    static Vec3 closest(const P& patch, const Vec3& p, Vec2 uv)
+    {
+        uv = in_domain(patch, uv);
+        Vec3 best = patch.value(uv[0], uv[1]);
+        for (int step = 0; step < 4; ++step) {
+            const SurfacePoint s = patch.partials(uv[0], uv[1]);
+            const double uu = dot(s.pu, s.pu), cross_term = dot(s.pu, s.pv), vv = dot(s.pv, s.pv);
+            const double d = uu * vv - cross_term * cross_term;
+            const Vec3 r = p - s.p;
+            const double ru = dot(r, s.pu), rv = dot(r, s.pv);
+            const Vec2 move{{(vv * ru - cross_term * rv) / d, (uu * rv - cross_term * ru) / d}};
+            if (!std::isfinite(move[0]) || !std::isfinite(move[1])) break;
+            uv = in_domain(patch, uv + move);
+            const Vec3 next = patch.value(uv[0], uv[1]);
+            if (!(distance(next, p) < distance(best, p))) break;
+            best = next;
+        }
+        return best;
+    }
+
+    const std::vector<Patch>& patches_;
+    TessellatedPatches made_;
+    MeshTree tree_;
+};
 
 class PatchSource final : public FreeformSource {
 public:
@@ -49,6 +124,9 @@ public:
         result.bound = made.bound;
         result.certified = true;
         if (limits.measure) result.measured = measured_deviation(model_.patches(), made);
+        if (limits.to_surface)
+            result.to_surface = [on = std::make_shared<const OnPatches>(model_, made)](
+                                    const Vec3& p) { return on->near(p); };
         result.mesh = std::move(made.mesh);
         require(measure(result.mesh).volume > 0.0,
                 "patches: the surface is turned inside out: exchange u and v of all patches");

@@ -7,6 +7,7 @@
 #include "genus/base/parallel.h"
 #include "genus/model/plan.h"
 #include "genus/model/ray_roots.h"
+#include "genus/model/solid_field.h"
 
 namespace genus {
 namespace {
@@ -71,24 +72,34 @@ SolidHit make_hit(const CsgField& field, const Vec3& origin, const Vec3& directi
 
 }  // namespace
 
-std::vector<char> contains(const CsgField& field, std::span<const Vec3> points)
+std::vector<char> contains(const Implicit& field, std::span<const Vec3> points)
 {
     return map_points<char>(points, [&](const Vec3& p) { return field.value(p) <= 0.0; });
 }
 
 std::vector<char> contains(const Solid& solid, std::span<const Vec3> points)
 {
-    return contains(CsgField(solid), points);
+    return contains(*solid_field(solid), points);
 }
 
-std::vector<double> values(const CsgField& field, std::span<const Vec3> points)
+std::vector<double> values(const Implicit& field, std::span<const Vec3> points)
 {
     return map_points<double>(points, [&](const Vec3& p) { return field.value(p); });
 }
 
-std::vector<Vec3> gradients(const CsgField& field, std::span<const Vec3> points)
+std::vector<double> values(const Solid& solid, std::span<const Vec3> points)
+{
+    return values(*solid_field(solid), points);
+}
+
+std::vector<Vec3> gradients(const Implicit& field, std::span<const Vec3> points)
 {
     return map_points<Vec3>(points, [&](const Vec3& p) { return field.gradient(p); });
+}
+
+std::vector<Vec3> gradients(const Solid& solid, std::span<const Vec3> points)
+{
+    return gradients(*solid_field(solid), points);
 }
 
 std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction)
@@ -119,20 +130,41 @@ std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const 
 
 std::vector<SolidHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction)
 {
-    return ray_cast(CsgField(solid), origin, direction);
+    if (has_formula(solid)) return ray_cast(CsgField(solid), origin, direction);
+    return SolidSurface(solid).ray_cast(origin, direction);
 }
 
-std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
-                                            std::span<const Vec3> directions)
+namespace {
+
+template <class Cast>
+std::vector<std::vector<SolidHit>> cast_all(std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions, const Cast& cast)
 {
     require(origins.size() == directions.size(),
             "ray_cast: origins and directions differ in number");
     std::vector<std::vector<SolidHit>> hits(origins.size());
     parallel_for(origins.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            hits[i] = ray_cast(field, origins[i], directions[i]);
+        for (std::size_t i = begin; i < end; ++i) hits[i] = cast(origins[i], directions[i]);
     });
     return hits;
+}
+
+}  // namespace
+
+std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions)
+{
+    return cast_all(origins, directions,
+                    [&](const Vec3& o, const Vec3& d) { return ray_cast(field, o, d); });
+}
+
+std::vector<std::vector<SolidHit>> ray_cast(const Solid& solid, std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions)
+{
+    if (has_formula(solid)) return ray_cast(CsgField(solid), origins, directions);
+    const SolidSurface surface(solid);
+    return cast_all(origins, directions,
+                    [&](const Vec3& o, const Vec3& d) { return surface.ray_cast(o, d); });
 }
 
 }  // namespace genus

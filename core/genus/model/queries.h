@@ -8,16 +8,20 @@
 namespace genus {
 
 // Exact questions to a solid, answered without a mesh. Those that take a Solid build its field
-// once; for many calls build a CsgField and keep it. All throw InvalidInput as CsgField does.
+// once; for many calls build a CsgField and keep it. All throw InvalidInput as CsgField does; those
+// that take a Solid answer for every tree, with the help of meshes where there is no formula: see
+// solid_field.h.
 
 /// 1 where the point belongs to the solid, its border included, else 0. Parallel over points.
-std::vector<char> contains(const CsgField& field, std::span<const Vec3> points);
+std::vector<char> contains(const Implicit& field, std::span<const Vec3> points);
 std::vector<char> contains(const Solid& solid, std::span<const Vec3> points);
 
 /// F at the points.
-std::vector<double> values(const CsgField& field, std::span<const Vec3> points);
+std::vector<double> values(const Implicit& field, std::span<const Vec3> points);
+std::vector<double> values(const Solid& solid, std::span<const Vec3> points);
 /// Gradients of F at the points.
-std::vector<Vec3> gradients(const CsgField& field, std::span<const Vec3> points);
+std::vector<Vec3> gradients(const Implicit& field, std::span<const Vec3> points);
+std::vector<Vec3> gradients(const Solid& solid, std::span<const Vec3> points);
 
 /// Where a ray goes into or out of a solid.
 struct SolidHit {
@@ -38,6 +42,8 @@ std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const 
 std::vector<SolidHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction);
 /// One list a ray; as many origins as directions. Parallel over rays.
 std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<const Vec3> origins,
+                                            std::span<const Vec3> directions);
+std::vector<std::vector<SolidHit>> ray_cast(const Solid& solid, std::span<const Vec3> origins,
                                             std::span<const Vec3> directions);
 
 /// A box that is proven to hold the solid: its bounds, or where these have infinite sides a cube
