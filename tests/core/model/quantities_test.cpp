@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <iostream>
 #include <numbers>
 
 #include "core/model/random_trees.h"
@@ -27,6 +28,17 @@ struct ClosedForm {
     double volume, area;  // area 0: no closed form known
 };
 
+// The torus of radii 2 and 1/2 less the ball of radius 2: by Pappus from the first moment of what
+// the tube's circle has in common with the ball's, two segments with the chord x = 31/16.
+double torus_less_ball()
+{
+    const double r = 0.5, d = 2.0, chord = 31.0 / 16, u = d - chord;
+    const double small = r * r * std::acos(u / r) - u * std::sqrt(r * r - u * u);
+    const double common = 2.0 / 3 * std::pow(d * d - chord * chord, 1.5) + d * small -
+                          2.0 / 3 * std::pow(r * r - u * u, 1.5);
+    return 2 * pi * (d * pi * r * r - common);
+}
+
 std::vector<ClosedForm> closed_forms()
 {
     const Solid pipe = cylinder(4, 1, 1, true);
@@ -45,6 +57,10 @@ std::vector<ClosedForm> closed_forms()
         {"Viviani", intersect({sphere(1), at(cylinder(4, 0.5, 0.5, true), 0.5, 0, 0)}),
          2 * pi / 3 - 8.0 / 9, 0},
         {"bored ball", subtract({sphere(5), cylinder(20, 3, 3, true)}), 4 * pi / 3 * 64, 0},
+        {"cone through ball", intersect({sphere(1), cylinder(2, 0, 2)}),
+         2 * pi / 3 * (1 - std::sqrt(0.5)), 2 * pi * (1 - std::sqrt(0.5)) + pi * std::sqrt(0.5)},
+        {"torus", torus(2, 0.5), pi * pi, 4 * pi * pi},
+        {"torus less ball", subtract({torus(2, 0.5), sphere(2)}), torus_less_ball(), 0},
         {"turned brick",
          transformed(intersect({cube({{1, 2, 3}}), sphere(9)}), rotation(Vec3{{10, 20, 30}})), 6,
          22},
@@ -67,7 +83,9 @@ TEST(Quantities, ClosedFormsLieWithinTheBounds)
         const std::string name = form.name;
         const bool quick = name == "cylinder" || name == "turned brick";
         if (!all && !quick) continue;
-        const double relative = 1e-10;
+        // Of the quartic of a torus rounding leaves eight digits at the same cost.
+        const double relative = name.starts_with("torus") ? 1e-7 : 1e-10;
+        if (all) std::cerr << name << "\n";
         SCOPED_TRACE(name + " to " + std::to_string(relative));
         QuantityOptions options;
         options.relative = relative;
@@ -96,7 +114,7 @@ TEST(Quantities, VolumesOfPartsAddUp)
     // |A| = |A - B| + |A & B| for random trees: each side within its own bound.
     RandomShapes random(72);
     QuantityOptions options;
-    options.tolerance = 0.1;
+    options.tolerance = 0.3;
     for (int trial = 0; trial < (std::getenv("GENUS_LONG") ? 200 : 2); ++trial) {
         SCOPED_TRACE(trial);
         const Solid a = random_tree(random, 2), b = random_tree(random, 2);
