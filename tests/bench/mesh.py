@@ -119,7 +119,7 @@ class Table:
             return
         seconds = {}
         for name, call in calls.items():
-            if call is None:
+            if call is None or call is False:
                 continue
             try:
                 seconds[name] = call if isinstance(call, float) else cpu_seconds(call)
@@ -311,7 +311,9 @@ def triangulation(table: Table, n: int, native: NativePeers) -> None:
                 "earcut": (lambda p=points, e=ends: earcut.triangulate_float64(p, e))
                 if earcut and quick
                 else None,
+                # Its time grows as the square on the star: minutes.
                 "triangle": triangle
+                and m <= 20_000
                 and (lambda p=points, s=segments: triangle.triangulate(
                     {"vertices": p, "segments": s}, "p")),
                 "cgal, edge by edge": wheel and (lambda points=points: by_cgal(points)),
