@@ -386,7 +386,9 @@ public:
         double cell = std::max({size[0], size[1], size[2]}) / 15.7;
         double reached = kInfinity;
         std::int64_t expected = 0;
-        for (int halvings = 0; halvings <= kMaxHalvings; ++halvings, cell *= 0.5) {
+        double finer = 0.5;
+        for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
+            finer = 0.5;
             if (expected > options_.max_triangles) break;
             const SurfaceMesh mesh = labelled(on_grid(cell));
             clock_.end("mesh");
@@ -397,7 +399,10 @@ public:
             if (!(reached <= result_.tolerance)) continue;
             const bool sound = validate(mesh.mesh).ok();
             clock_.end("gate");
-            if (!sound) continue;
+            if (!sound) {  // features of one grid run into each other, those of another may not
+                finer = kOtherGrid;
+                continue;
+            }
             result_.error = {reached, false, measured, {{"sampled", reached}}};
             result_.explanation.add("samples of the grid decided by bounds of blocks",
                                     report_.decided, "samples");
@@ -411,7 +416,8 @@ public:
 
 private:
     static constexpr double kReserve = 1.5;
-    static constexpr int kMaxHalvings = 6;  // 1000 cells along the longest side
+    static constexpr int kMaxGrids = 10;
+    static constexpr double kOtherGrid = 0.87;
 
     IndexedMesh on_grid(double cell)
     {
