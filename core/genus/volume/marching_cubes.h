@@ -40,7 +40,7 @@ struct MarchingCubesOptions {
 /// sheets are joined by a tunnel where the trilinear interpolant has one, so that on a grid the
 /// mesh has the topology of the interpolant. Where a vertex falls on a grid corner,
 /// triangles may have no area. Time: O(cells that no interval bound of the field decides), a
-/// crossing taking about ten evaluations; memory: one bit a sample, and the mesh.
+/// crossing taking about six evaluations; memory: one bit a sample, and the mesh.
 ///
 /// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3, tunnels see
 /// cell_tunnel.h.
