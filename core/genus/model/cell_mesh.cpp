@@ -6,8 +6,8 @@
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
-#include "genus/base/predicates.h"
 #include "genus/base/progress.h"
+#include "genus/model/cell_arrangement.h"
 
 namespace genus {
 
@@ -80,328 +80,6 @@ struct Part {
     std::vector<Triangle> faces;
     std::vector<std::int32_t> surface_of_face;
 };
-
-// The arrangement of linear functions in one tetrahedron.
-
-using Row = std::array<double, 4>;
-
-int sign_of(double x)
-{
-    return x < 0.0 ? -1 : 1;
-}
-int sign3(double x)
-{
-    return x < 0.0 ? -1 : x > 0.0 ? 1 : 0;
-}
-
-int determinant_sign(const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    return orient3d(a, b, c, Vec3{});
-}
-
-struct CellVertex {
-    std::uint8_t corners = 0;  // bit set
-    std::uint8_t n_surfaces = 0;
-    std::array<std::uint8_t, 3> surfaces{};  // local numbers, ascending
-    bool operator==(const CellVertex&) const = default;
-};
-
-// A convex piece of the plane of one surface. `label[i]` names what the side from vertex i lies
-// on: a local surface number, or -1 - f for the face of the cell opposite corner f.
-struct Piece {
-    std::vector<CellVertex> vertices;
-    std::vector<int> labels;
-    unsigned signs = 0;  // bit j set: outside surface j
-};
-
-class CellArrangement {
-public:
-    // Corners in the order of their codes; rows are the values of each surface at the corners.
-    CellArrangement(std::array<Vec3, 4> corners, std::vector<Row> rows, bool positive)
-        : corners_(corners), rows_(std::move(rows)), positive_(positive)
-    {
-    }
-
-    // The plane of surface i cut by all surfaces in `cutters`, normals towards larger values.
-    std::vector<Piece> cut_plane(std::size_t i, const std::vector<std::size_t>& cutters) const
-    {
-        std::vector<Piece> pieces{plane(i)}, next;
-        for (const std::size_t j : cutters) {
-            next.clear();
-            for (const Piece& piece : pieces) cut(piece, i, j, next);
-            pieces.swap(next);
-        }
-        return pieces;
-    }
-
-    Vec3 position(const CellVertex& v) const
-    {
-        const std::array<double, 4> w = weights(v);
-        double sum = 0.0;
-        for (const double x : w) sum += x;
-        Vec3 p;
-        for (std::size_t m = 0; m < 4; ++m) p += (w[m] / sum) * corners_[m];
-        return p;
-    }
-
-    const Row& row(std::size_t i) const { return rows_[i]; }
-
-private:
-    CellVertex edge_vertex(int m, int n, std::size_t i) const
-    {
-        CellVertex v;
-        v.corners = static_cast<std::uint8_t>(1 << m | 1 << n);
-        v.n_surfaces = 1;
-        v.surfaces[0] = static_cast<std::uint8_t>(i);
-        return v;
-    }
-
-    Piece plane(std::size_t i) const
-    {
-        std::array<int, 4> below{}, above{};
-        int n_below = 0, n_above = 0;
-        for (int m = 0; m < 4; ++m) (rows_[i][m] < 0.0 ? below[n_below++] : above[n_above++]) = m;
-        Piece piece;
-        const auto side = [&](int m, int n, int label) {
-            piece.vertices.push_back(edge_vertex(m, n, i));
-            piece.labels.push_back(-1 - label);
-        };
-        bool flip;
-        if (n_below == 2) {
-            const int p = below[0], q = below[1], r = above[0], s = above[1];
-            side(p, r, q);
-            side(p, s, r);
-            side(q, s, p);
-            side(q, r, s);
-            flip = !even({p, q, r, s});
-        } else {
-            const int s = n_below == 1 ? below[0] : above[0];
-            const auto& rest = n_below == 1 ? above : below;
-            side(s, rest[0], rest[2]);
-            side(s, rest[1], rest[0]);
-            side(s, rest[2], rest[1]);
-            flip = even({s, rest[0], rest[1], rest[2]}) != (n_below == 1);
-        }
-        if (flip == positive_) reverse(piece);
-        return piece;
-    }
-
-    static bool even(const std::array<int, 4>& order)
-    {
-        int inversions = 0;
-        for (int i = 0; i < 4; ++i)
-            for (int j = i + 1; j < 4; ++j) inversions += order[i] > order[j];
-        return inversions % 2 == 0;
-    }
-
-    static void reverse(Piece& piece)
-    {
-        std::reverse(piece.vertices.begin(), piece.vertices.end());
-        // The side from vertex i now is the one that led to it.
-        std::reverse(piece.labels.begin(), piece.labels.end());
-        std::rotate(piece.labels.begin(), piece.labels.begin() + 1, piece.labels.end());
-    }
-
-    // Sign of surface j at a vertex that is not on it.
-    int sign_at(const CellVertex& v, std::size_t j) const
-    {
-        if (v.n_surfaces == 1) return sign_on_edge(v, j);
-        if (v.n_surfaces == 2) return sign_on_face(v, j);
-        return sign_in_cell(v, j);
-    }
-
-    int sign_on_edge(const CellVertex& v, std::size_t j) const
-    {
-        int m = 0;
-        while ((v.corners >> m & 1) == 0) ++m;
-        int n = m + 1;
-        while ((v.corners >> n & 1) == 0) ++n;
-        const std::size_t i = v.surfaces[0];
-        const std::size_t lo = std::min(i, j), hi = std::max(i, j);
-        const Row &a = rows_[lo], &b = rows_[hi];
-        int d = orient2d({{a[m], a[n]}}, {{b[m], b[n]}}, Vec2{});
-        if (d == 0) d = sign3(b[n] - b[m]);
-        if (d == 0) d = sign3(a[m] - a[n]);
-        if (i > j) d = -d;
-        return -d * sign_of(rows_[i][n]) >= 0 ? 1 : -1;
-    }
-
-    int sign_on_face(const CellVertex& v, std::size_t j) const
-    {
-        std::array<std::size_t, 3> at{};
-        for (std::size_t m = 0, n = 0; m < 4; ++m)
-            if ((v.corners >> m & 1) != 0) at[n++] = m;
-        const auto row = [&](std::size_t s) {
-            return Vec3{{rows_[s][at[0]], rows_[s][at[1]], rows_[s][at[2]]}};
-        };
-        constexpr Vec3 ones{{1.0, 1.0, 1.0}};
-        const std::size_t p = v.surfaces[0], q = v.surfaces[1];
-        // Rows in the order of surface numbers; moving row j to the end costs this many swaps.
-        std::array<std::size_t, 3> order{p, q, j};
-        const bool odd = (j < p) != (j < q);
-        std::sort(order.begin(), order.end());
-        const Vec3 a = row(order[0]), b = row(order[1]), c = row(order[2]);
-        int d = determinant_sign(a, b, c);
-        if (d == 0) d = determinant_sign(ones, b, c);
-        if (d == 0) d = determinant_sign(a, ones, c);
-        if (d == 0) d = determinant_sign(a, b, ones);
-        if (odd) d = -d;
-        return d * determinant_sign(row(p), row(q), ones) >= 0 ? 1 : -1;
-    }
-
-    int sign_in_cell(const CellVertex& v, std::size_t j) const
-    {
-        const std::array<double, 4> w = weights(v);
-        double sum = 0.0, value = 0.0;
-        for (std::size_t m = 0; m < 4; ++m) {
-            sum += w[m];
-            value += w[m] * rows_[j][m];
-        }
-        return (value < 0.0) != (sum < 0.0) ? -1 : 1;
-    }
-
-    // Barycentric coordinates up to a factor: where all surfaces of the vertex vanish.
-    std::array<double, 4> weights(const CellVertex& v) const
-    {
-        std::array<double, 4> w{};
-        std::array<std::size_t, 4> at{};
-        std::size_t n = 0;
-        for (std::size_t m = 0; m < 4; ++m)
-            if ((v.corners >> m & 1) != 0) at[n++] = m;
-        const Row& a = rows_[v.surfaces[0]];
-        if (n == 2) {
-            w[at[0]] = a[at[1]];
-            w[at[1]] = -a[at[0]];
-            if (w[at[0]] == 0.0 && w[at[1]] == 0.0) w[at[0]] = w[at[1]] = 1.0;
-        } else if (n == 3) {
-            const Row& b = rows_[v.surfaces[1]];
-            const Vec3 x =
-                cross({{a[at[0]], a[at[1]], a[at[2]]}}, {{b[at[0]], b[at[1]], b[at[2]]}});
-            for (std::size_t m = 0; m < 3; ++m) w[at[m]] = x[m];
-        } else {
-            const Row &b = rows_[v.surfaces[1]], &c = rows_[v.surfaces[2]];
-            for (std::size_t m = 0; m < 4; ++m) {
-                std::array<std::size_t, 3> k{};
-                for (std::size_t i = 0, next = 0; i < 4; ++i)
-                    if (i != m) k[next++] = i;
-                const double minor =
-                    dot(Vec3{{a[k[0]], a[k[1]], a[k[2]]}},
-                        cross({{b[k[0]], b[k[1]], b[k[2]]}}, {{c[k[0]], c[k[1]], c[k[2]]}}));
-                w[m] = m % 2 == 0 ? minor : -minor;
-            }
-        }
-        // Rounding can leave the cell by a hair; a vertex must not.
-        double sum = 0.0;
-        for (const double x : w) sum += x;
-        bool any = false;
-        for (double& x : w) {
-            if ((x < 0.0) != (sum < 0.0)) x = 0.0;
-            any = any || x != 0.0;
-        }
-        if (!any)
-            for (std::size_t m = 0; m < n; ++m) w[at[m]] = 1.0;
-        return w;
-    }
-
-    // The vertex where surface j crosses the side `label` of a piece of plane i.
-    CellVertex crossing(std::size_t i, std::size_t j, int label) const
-    {
-        CellVertex v;
-        v.surfaces[0] = static_cast<std::uint8_t>(std::min(i, j));
-        v.surfaces[1] = static_cast<std::uint8_t>(std::max(i, j));
-        v.n_surfaces = 2;
-        v.corners = 15;
-        if (label < 0) {
-            v.corners = static_cast<std::uint8_t>(15 & ~(1 << (-1 - label)));
-            return v;
-        }
-        v.surfaces[2] = static_cast<std::uint8_t>(label);
-        v.n_surfaces = 3;
-        std::sort(v.surfaces.begin(), v.surfaces.end());
-        return v;
-    }
-
-    void cut(const Piece& piece, std::size_t i, std::size_t j, std::vector<Piece>& out) const
-    {
-        const std::size_t n = piece.vertices.size();
-        std::vector<int> sign(n);
-        int changes = 0;
-        for (std::size_t k = 0; k < n; ++k) sign[k] = sign_at(piece.vertices[k], j);
-        for (std::size_t k = 0; k < n; ++k) changes += sign[k] != sign[(k + 1) % n];
-        if (changes != 2) {
-            // None, or rounding that contradicts itself inside the cell: keep it whole, the
-            // closedness check outside sees what comes of it.
-            out.push_back(piece);
-            if (sign[0] > 0) out.back().signs |= 1u << j;
-            return;
-        }
-        for (const int keep : {-1, 1}) {
-            Piece part;
-            part.signs = piece.signs | (keep > 0 ? 1u << j : 0u);
-            for (std::size_t k = 0; k < n; ++k) {
-                if (sign[k] == keep) {
-                    part.vertices.push_back(piece.vertices[k]);
-                    part.labels.push_back(piece.labels[k]);
-                }
-                if (sign[k] == sign[(k + 1) % n]) continue;
-                part.vertices.push_back(crossing(i, j, piece.labels[k]));
-                part.labels.push_back(sign[k] == keep ? static_cast<int>(j) : piece.labels[k]);
-            }
-            out.push_back(std::move(part));
-        }
-    }
-
-    std::array<Vec3, 4> corners_;
-    std::vector<Row> rows_;
-    bool positive_;
-};
-
-// Joins pieces of one plane and one orientation into loops: sides between two pieces vanish, and
-// so do vertices in the middle of a straight side, which a neighbouring cell may not have.
-std::vector<std::vector<CellVertex>> join(const std::vector<Piece>& pieces)
-{
-    struct Side {
-        CellVertex from, to;
-        int label;
-        std::size_t piece;
-        bool used = false;
-    };
-    std::vector<Side> sides;
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
-        const auto& v = pieces[p].vertices;
-        for (std::size_t k = 0; k < v.size(); ++k)
-            sides.push_back({v[k], v[(k + 1) % v.size()], pieces[p].labels[k], p});
-    }
-    for (std::size_t a = 0; a < sides.size(); ++a)
-        for (std::size_t b = a + 1; b < sides.size(); ++b)
-            if (!sides[a].used && !sides[b].used && sides[a].from == sides[b].to &&
-                sides[a].to == sides[b].from)
-                sides[a].used = sides[b].used = true;
-
-    std::vector<std::vector<CellVertex>> loops;
-    for (std::size_t start = 0; start < sides.size(); ++start) {
-        if (sides[start].used) continue;
-        std::vector<std::size_t> chain;
-        for (std::size_t at = start; !sides[at].used;) {
-            sides[at].used = true;
-            chain.push_back(at);
-            std::size_t next = at;
-            for (std::size_t b = 0; b < sides.size(); ++b) {
-                if (sides[b].used || !(sides[b].from == sides[at].to)) continue;
-                // Where two pieces touch at a corner only, each keeps its own loop.
-                if (next == at || sides[b].piece == sides[at].piece) next = b;
-            }
-            at = next;
-        }
-        std::vector<CellVertex> loop;
-        for (std::size_t k = 0; k < chain.size(); ++k) {
-            const std::size_t before = chain[(k + chain.size() - 1) % chain.size()];
-            if (sides[before].label != sides[chain[k]].label) loop.push_back(sides[chain[k]].from);
-        }
-        if (loop.size() >= 3) loops.push_back(std::move(loop));
-    }
-    return loops;
-}
 
 // Cuts a loop in the plane with this normal into triangles, the best-shaped ear first.
 std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& normal)
@@ -598,10 +276,10 @@ private:
         std::sort(codes.begin(), codes.end());
 
         // Surfaces without a change of sign among the corners do not cut the cell.
-        std::vector<Row> values;
+        std::vector<CellRow> values;
         bool known = false;
         for (const std::int32_t s : formula.surfaces()) {
-            Row& row = values.emplace_back();
+            CellRow& row = values.emplace_back();
             int n_below = 0;
             for (std::size_t i = 0; i < 4; ++i) {
                 row[i] = m_.forms_[s].value(corners[i]);
@@ -613,7 +291,7 @@ private:
         if (known) {
             const SignFormula f = formula.simplified(signs_);
             if (f.constant() != 0) return;
-            std::vector<Row> kept;
+            std::vector<CellRow> kept;
             for (std::size_t i = 0; i < values.size(); ++i)
                 if (std::binary_search(f.surfaces().begin(), f.surfaces().end(),
                                        formula.surfaces()[i]))
@@ -625,7 +303,7 @@ private:
     }
 
     void emit(const SignFormula& f, const std::array<Vec3, 4>& corners,
-              const std::array<std::uint64_t, 4>& codes, std::vector<Row> rows, Part& part)
+              const std::array<std::uint64_t, 4>& codes, std::vector<CellRow> rows, Part& part)
     {
         const std::vector<std::int32_t>& surfaces = f.surfaces();
         const std::size_t n = surfaces.size();
@@ -655,14 +333,14 @@ private:
                         cutters.push_back(j);
                         break;
                     }
-            std::vector<Piece> pieces = cell.cut_plane(i, cutters);
+            std::vector<CellPiece> pieces = cell.cut_plane(i, cutters);
             if (cutters.empty()) {
                 if (const int b = border(pieces[0].signs); b != 0)
                     add_loop(cell, pieces[0].vertices, b < 0, i, surfaces, codes, corners, part);
                 continue;
             }
-            std::array<std::vector<Piece>, 2> kept;  // outward along, against the gradient
-            for (Piece& piece : pieces)
+            std::array<std::vector<CellPiece>, 2> kept;  // outward along, against the gradient
+            for (CellPiece& piece : pieces)
                 if (const int b = border(piece.signs); b != 0)
                     kept[b > 0 ? 0 : 1].push_back(std::move(piece));
             for (const int turned : {0, 1})
@@ -703,7 +381,7 @@ private:
     }
 
     // Gradient of the linear function with these values at the corners, times a positive factor.
-    static Vec3 gradient_of(const Row& row, const std::array<Vec3, 4>& c)
+    static Vec3 gradient_of(const CellRow& row, const std::array<Vec3, 4>& c)
     {
         const Vec3 e1 = c[1] - c[0], e2 = c[2] - c[0], e3 = c[3] - c[0];
         const double det = dot(e1, cross(e2, e3));
