@@ -17,6 +17,7 @@
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
 #include "genus/model/freeform_mesh.h"
+#include "genus/model/parts_apart.h"
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
@@ -52,6 +53,25 @@ constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 
+// The number of that name, from 0.
+double& entry(std::vector<std::pair<std::string, double>>& numbers, const std::string& name)
+{
+    for (auto& [known, number] : numbers)
+        if (known == name) return number;
+    return numbers.emplace_back(name, 0.0).second;
+}
+
+void append(IndexedMesh& all, const IndexedMesh& mesh)
+{
+    require(all.n_vertices() + mesh.n_vertices() <=
+                static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()),
+            "mesh: too many vertices");
+    const auto first = static_cast<std::int32_t>(all.n_vertices());
+    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (const Triangle& t : mesh.faces)
+        all.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
 // Adds the seconds since construction, or since the last call, to a named stage.
 class StageClock {
 public:
@@ -62,12 +82,7 @@ public:
     void end(const char* stage)
     {
         const double now = seconds_now();
-        const auto at = std::find_if(stages_.begin(), stages_.end(),
-                                     [&](const auto& s) { return s.first == stage; });
-        if (at == stages_.end())
-            stages_.emplace_back(stage, now - last_);
-        else
-            at->second += now - last_;
+        entry(stages_, stage) += now - last_;
         last_ = now;
     }
 
@@ -478,6 +493,34 @@ void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options
     }
 }
 
+// Meshes of solids whose boxes are farther apart than twice the tolerance, side by side.
+void mesh_apart(const std::vector<Solid>& parts, const MeshOptions& options, MeshedSolid& result)
+{
+    MeshOptions part_options = options;
+    part_options.tolerance = result.tolerance;
+    part_options.plan = false;
+    part_options.region.reset();
+    result.method.clear();
+    for (const Solid& part : parts) {
+        const MeshedSolid made = mesh_solid(part, part_options);
+        part_options.max_triangles -= static_cast<std::int64_t>(made.mesh.n_faces());
+        append(result.mesh, made.mesh);
+        result.error.bound = std::max(result.error.bound, made.error.bound);
+        result.error.measured = std::max(result.error.measured, made.error.measured);
+        result.error.certified = result.error.certified && made.error.certified;
+        for (const auto& [cause, share] : made.error.parts)
+            entry(result.error.parts, cause) = std::max(entry(result.error.parts, cause), share);
+        for (const auto& [stage, seconds] : made.seconds) entry(result.seconds, stage) += seconds;
+        for (const Explanation::Entry& e : made.explanation.entries)
+            result.explanation.add(e.what, e.count, e.unit);
+        if (result.method.empty() || made.method != "boolean") result.method = made.method;
+    }
+    std::stable_sort(result.error.parts.begin(), result.error.parts.end(),
+                     [](const auto& x, const auto& y) { return x.second > y.second; });
+    result.explanation.add("parts that are apart meshed one by one",
+                           static_cast<std::int64_t>(parts.size()), "parts");
+}
+
 // Coordinates of curved solids are rounded; what is asked for must leave room for that.
 void require_above_rounding(double tolerance, const Box3& box)
 {
@@ -524,6 +567,13 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
+    if (options.method == MeshMethod::Auto && !is_polyhedral(planned)) {
+        const std::vector<Solid> parts = parts_apart(planned, 2.0 * result.tolerance);
+        if (parts.size() > 1) {
+            mesh_apart(parts, options, result);
+            return result;
+        }
+    }
     if (!is_polyhedral(planned)) require_above_rounding(result.tolerance, box);
     const SmoothMesher mesh_smooth_part = [&](const Solid& part, double tolerance) -> SmoothMesh {
         if (is_lone_freeform(part)) {

@@ -1,0 +1,62 @@
+#include "genus/model/parts_apart.h"
+
+#include <cstdint>
+
+#include "genus/mesh/aabb_tree.h"
+#include "genus/mesh/disjoint_sets.h"
+#include "genus/model/boolean_road.h"
+
+namespace genus {
+
+namespace {
+
+// The number of the cluster of each part, counted in the order of first parts.
+std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margin)
+{
+    std::vector<Box3> boxes;
+    for (const Solid& part : parts) boxes.push_back(part.bounds().inflated(0.5 * margin));
+    DisjointSets sets(parts.size());
+    using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
+    const auto note = [](std::int32_t i, std::int32_t j, Pairs& found) {
+        found.emplace_back(i, j);
+        return true;
+    };
+    for (const Pairs& found : BoxTree(boxes).visit_self_pairs<Pairs>(note))
+        for (const auto& [i, j] : found) sets.unite(i, j);
+    std::vector<std::int32_t> number(parts.size(), -1);
+    std::int32_t count = 0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        std::int32_t& first = number[sets.find(static_cast<std::int32_t>(i))];
+        if (first < 0) first = count++;
+        number[i] = first;
+    }
+    return number;
+}
+
+}  // namespace
+
+std::vector<Solid> parts_apart(const Solid& solid, double margin)
+{
+    const auto* shape = std::get_if<Union>(&solid.node().shape);
+    if (!shape || shape->parts.size() < 2) return {solid};
+    std::vector<Solid> parts;
+    for (const Solid& part : shape->parts)
+        if (!part.bounds().empty()) parts.push_back(part);
+    std::vector<std::vector<Solid>> groups;
+    const std::vector<std::int32_t> number = clusters(parts, margin);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        if (static_cast<std::size_t>(number[i]) == groups.size()) groups.emplace_back();
+        groups[number[i]].push_back(parts[i]);
+    }
+    if (groups.size() < 2) return {solid};
+    std::vector<Solid> apart, polyhedral;
+    for (const std::vector<Solid>& group : groups) {
+        const Solid one = group.size() == 1 ? group[0] : unite(group);
+        (is_polyhedral(one) ? polyhedral : apart).push_back(one);
+    }
+    if (!polyhedral.empty())
+        apart.push_back(polyhedral.size() == 1 ? polyhedral[0] : unite(polyhedral));
+    return apart;
+}
+
+}  // namespace genus
