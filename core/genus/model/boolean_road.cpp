@@ -4,16 +4,17 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
-#include "genus/base/progress.h"
 #include "genus/mesh/disjoint_sets.h"
 #include "genus/mesh/measure.h"
 #include "genus/model/boolean_certificate.h"
 #include "genus/model/leaf_mesh.h"
+#include "genus/model/stage_clock.h"
 
 namespace genus {
 
@@ -370,37 +371,16 @@ struct Attempt {
     bool exact_parts() const { return deviation == 0.0; }
 };
 
-// Seconds by stage, those of all attempts added.
-class Stages {
-public:
-    explicit Stages(std::vector<std::pair<std::string, double>>& seconds) : seconds_(seconds) {}
-    void end(const char* stage)
-    {
-        const double now = seconds_now();
-        const auto at = std::find_if(seconds_.begin(), seconds_.end(),
-                                     [&](const auto& s) { return s.first == stage; });
-        if (at == seconds_.end())
-            seconds_.emplace_back(stage, now - last_);
-        else
-            at->second += now - last_;
-        last_ = now;
-    }
-
-private:
-    std::vector<std::pair<std::string, double>>& seconds_;
-    double last_ = seconds_now();
-};
-
 Attempt attempt(const Solid& solid, const Box3& box, const SmoothMesher& mesher, double share,
-                double tolerance, Stages& stages)
+                double tolerance, StageClock& clock)
 {
     Attempt a;
     a.scene = boolean_scene(solid, box, mesher, share * tolerance);
-    stages.end("leaves");
+    clock.end("leaves");
     MeshBooleanOptions options;
     options.operands_may_cross_themselves = !a.scene.clean_operands;
     a.made = mesh_boolean(a.scene.operands, a.scene.formula, options);
-    stages.end("boolean");
+    clock.end("boolean");
     for (const double d : a.scene.deviations) a.deviation = std::max(a.deviation, d);
     const MeshBooleanReport& report = a.made.report;
     a.snapped = std::sqrt(3.0) * report.largest_snap;
@@ -412,7 +392,7 @@ Attempt attempt(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
         const double rounding = a.snapped + a.rounded;
         a.certificate = certify_boolean(a.scene.operands, a.scene.formula, a.scene.deviations,
                                         2.0 * rounding, a.made, tolerance - rounding);
-        stages.end("certify");
+        clock.end("certify");
     }
     return a;
 }
@@ -423,23 +403,33 @@ void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& me
                      MeshedSolid& result)
 {
     constexpr double kShare = 0.25, kFinerShare = 0.1;  // of the tolerance, for smooth parts
+    constexpr double kReserve = 1.5;                    // over what sampling finds
     result.method = "boolean";
-    Stages stages(result.seconds);
-    Attempt a = attempt(solid, box, mesher, kShare, result.tolerance, stages);
+    StageClock clock(result.seconds);
+    Attempt a = attempt(solid, box, mesher, kShare, result.tolerance, clock);
+    std::optional<Attempt> finer;
     if (!a.certificate.proven && !a.exact_parts() && a.scene.certified) {
         try {
-            Attempt finer = attempt(solid, box, mesher, kFinerShare, result.tolerance, stages);
-            if (finer.certificate.proven) a = std::move(finer);
+            finer = attempt(solid, box, mesher, kFinerShare, result.tolerance, clock);
         } catch (const ToleranceNotMet&) {
             // Too many triangles: the first attempt is the answer.
         }
     }
+    if (finer && finer->certificate.proven) a = std::move(*std::exchange(finer, std::nullopt));
     result.error.measured = Deviation(a.scene, a.made).largest();
-    stages.end("measure");
+    if (finer && kReserve * result.error.measured > result.tolerance) {
+        a = std::move(*finer);
+        result.error.measured = Deviation(a.scene, a.made).largest();
+    }
+    clock.end("measure");
 
     const MeshBooleanReport& report = a.made.report;
     result.error.certified = a.exact_parts() ? report.largest_snap == 0.0 : a.certificate.proven;
-    const double curved = a.certificate.proven ? a.certificate.bound : a.deviation;
+    // An estimate is not below what was found.
+    const double curved = a.exact_parts() ? 0.0
+                          : a.certificate.proven
+                              ? a.certificate.bound
+                              : std::max(a.deviation, kReserve * result.error.measured);
     result.error.bound = curved + a.snapped + a.rounded;
     result.error.parts = {
         {"curved operands", curved}, {"rounding", a.rounded}, {"snapping", a.snapped}};

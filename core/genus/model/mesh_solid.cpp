@@ -22,6 +22,7 @@
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
 #include "genus/model/solid_field.h"
+#include "genus/model/stage_clock.h"
 #include "genus/model/surface_form.h"
 #include "genus/volume/extended_marching_cubes.h"
 #include "genus/volume/marching_cubes.h"
@@ -48,18 +49,11 @@ constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
+constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
-
-// The number of that name, from 0.
-double& entry(std::vector<std::pair<std::string, double>>& numbers, const std::string& name)
-{
-    for (auto& [known, number] : numbers)
-        if (known == name) return number;
-    return numbers.emplace_back(name, 0.0).second;
-}
 
 void append(IndexedMesh& all, const IndexedMesh& mesh)
 {
@@ -71,25 +65,6 @@ void append(IndexedMesh& all, const IndexedMesh& mesh)
     for (const Triangle& t : mesh.faces)
         all.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
-
-// Adds the seconds since construction, or since the last call, to a named stage.
-class StageClock {
-public:
-    explicit StageClock(std::vector<std::pair<std::string, double>>& stages)
-        : stages_(stages), last_(seconds_now())
-    {
-    }
-    void end(const char* stage)
-    {
-        const double now = seconds_now();
-        entry(stages_, stage) += now - last_;
-        last_ = now;
-    }
-
-private:
-    std::vector<std::pair<std::string, double>>& stages_;
-    double last_;
-};
 
 bool has_function(const CsgField& field)
 {
@@ -178,10 +153,7 @@ private:
     // Where that fails, `trouble_` says where.
     bool reach_tolerance(SurfaceMesh& surface)
     {
-        FlexibleMesh rough(std::move(surface));
-        coarsen(rough, forms_);
-        surface = rough.release();
-        settle(surface, forms_);
+        settle_all(surface, forms_, kOnSurface * cube_.diagonal());
         std::vector<double> factors;
         double failed_before = kInfinity;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
