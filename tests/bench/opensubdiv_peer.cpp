@@ -83,7 +83,9 @@ int limit()
     }
     if (!std::cin) return 2;
     const auto refiner = refiner_of(mesh, scheme == "loop");
-    refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(levels));
+    Far::TopologyRefiner::UniformOptions uniform(levels);
+    uniform.fullTopologyInLastLevel = true;  // limits need the neighbours
+    refiner->RefineUniform(uniform);
     const Far::PrimvarRefinerReal<double> primvar(*refiner);
     std::vector<Point> at = mesh.points;
     for (int level = 1; level <= levels; ++level) {

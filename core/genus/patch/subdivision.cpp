@@ -354,6 +354,46 @@ Vec3 smooth_limit(const Vec3& v, const Ring& ring, SubdivisionScheme scheme)
     return (1.0 - n * gamma) * v + gamma * edges;
 }
 
+// One step of the schemes round a vertex with one sharp edge, to ring.edge[sharp].
+void refine_crease_end(Vec3& v, Ring& ring, std::size_t sharp, SubdivisionScheme scheme)
+{
+    const std::size_t n = ring.edge.size();
+    const double count = static_cast<double>(n);
+    const bool loop = scheme == SubdivisionScheme::Loop;
+    std::vector<Vec3> edge(n), face(ring.face);
+    Vec3 edges, faces;
+    for (std::size_t i = 0; i < n; ++i) {
+        edges += ring.edge[i];
+        if (!loop) face[i] = (v + ring.edge[i] + ring.face[i] + ring.edge[(i + 1) % n]) / 4.0;
+        faces += face[i];
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t before = (i + n - 1) % n;
+        edge[i] = i == sharp ? 0.5 * (v + ring.edge[i])
+                  : loop     ? 0.375 * (v + ring.edge[i]) +
+                               0.125 * (ring.edge[before] + ring.edge[(i + 1) % n])
+                         : (v + ring.edge[i] + face[before] + face[i]) / 4.0;
+    }
+    if (loop) {
+        const double beta = loop_beta(static_cast<int>(n));
+        v = (1.0 - count * beta) * v + beta * edges;
+    } else {
+        v = (faces / count + edges / count + (count - 2.0) * v) / count;
+    }
+    ring.edge.swap(edge);
+    ring.face.swap(face);
+}
+
+// At the end of a crease no mask is known in closed form: the ring is refined to a point.
+Vec3 crease_end_limit(Vec3 v, Ring ring, const Vec3& along, SubdivisionScheme scheme)
+{
+    constexpr int kSteps = 160;  // rings shrink by a third a step or more
+    const std::size_t sharp = static_cast<std::size_t>(
+        std::find(ring.edge.begin(), ring.edge.end(), along) - ring.edge.begin());
+    for (int step = 0; step < kSteps; ++step) refine_crease_end(v, ring, sharp, scheme);
+    return v;
+}
+
 Vec3 smooth_normal(const Ring& ring, SubdivisionScheme scheme)
 {
     const std::size_t n = ring.edge.size();
@@ -451,8 +491,9 @@ LimitSurface limit_surface(const SubdivisionMesh& mesh, SubdivisionScheme scheme
         const Ring ring = ring_of(faces[v], p);
         if (!ring.disc) continue;
         if (ring.closed && s.sharp < 2) {
-            limit.points.back() = smooth_limit(p[v], ring, scheme);
-            // At the end of a crease the tangent masks do not hold.
+            // At the end of a crease the masks do not hold.
+            limit.points.back() = s.sharp == 0 ? smooth_limit(p[v], ring, scheme)
+                                               : crease_end_limit(p[v], ring, s.crease[0], scheme);
             if (s.sharp == 0) limit.normals.back() = smooth_normal(ring, scheme);
         } else if (!ring.closed && s.sharp == 2) {
             limit.normals.back() = border_normal(p[v], ring, scheme);

@@ -136,6 +136,21 @@ TEST(Subdivision, LimitIsWhereSubdivisionGoes)
         }
 }
 
+TEST(Subdivision, LimitAtTheEndOfACreaseStaysUnderSubdivision)
+{
+    for (const auto scheme : {SubdivisionScheme::CatmullClark, SubdivisionScheme::Loop}) {
+        const bool loop = scheme == SubdivisionScheme::Loop;
+        const SubdivisionMesh m{loop ? octahedron() : cube(), {{0, 2}}, {}};
+        const auto limit = limit_surface(m, scheme);
+        for (const int levels : {1, 4}) {
+            const auto later = limit_surface(
+                loop ? loop_subdivision(m, levels) : catmull_clark(m, levels), scheme);
+            for (std::size_t v = 0; v < m.mesh.n_vertices(); ++v)
+                EXPECT_LT(distance(limit.points[v], later.points[v]), 1e-13);
+        }
+    }
+}
+
 TEST(Subdivision, SharpCreasesFollowTheCubicSpline)
 {
     SubdivisionMesh m{cube(), {}, {}};
