@@ -702,7 +702,9 @@ def test_limit_points_are_those_of_opensubdiv(scheme, root, tmp_path):
         ours = genus.subdivide(
             (points, faces), 1, scheme, creases=[(a, b) for a, b, _ in creases], limit=True
         )
-        np.testing.assert_allclose(ours.vertices[:8], theirs[:, :3], atol=2e-4)
+        # Where a crease ends, theirs is the smooth mask on the sixth level, ours the limit itself.
+        off = 1e-3 if len(creases) == 1 else 2e-4
+        np.testing.assert_allclose(ours.vertices[:8], theirs[:, :3], atol=off)
 
 
 # ---- Text models

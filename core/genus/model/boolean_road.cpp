@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -227,9 +228,9 @@ public:
         const double faces = over(made_.mesh.n_faces(), [&](std::size_t f) {
             return std::max(of_corners(f), of_middle(f));
         });
-        const std::vector<std::array<std::int32_t, 2>> sources = sources_of_vertices();
-        return std::max(faces, over(sources.size(), [&](std::size_t v) {
-                            return sources[v][1] < 0 ? 0.0 : of_crossing(v, sources[v]);
+        const std::vector<Crossing> crossings = crossings_at_vertices();
+        return std::max(faces, over(crossings.size(), [&](std::size_t v) {
+                            return crossings[v].operand[1] < 0 ? 0.0 : of_crossing(v, crossings[v]);
                         }));
     }
 
@@ -263,50 +264,78 @@ private:
     {
         const auto& to_surface = scene_.to_surface[made_.operand[f]];
         if (!to_surface) return 0.0;
-        const Triangle& t = made_.mesh.faces[f];
-        const std::vector<Vec3>& v = made_.mesh.vertices;
-        const Vec3 middle = (v[t[0]] + v[t[1]] + v[t[2]]) / 3.0;
+        const Vec3 middle = middle_of(static_cast<std::int32_t>(f));
         const auto p = to_surface(middle);
         return p ? distance(*p, middle) : 0.0;
     }
 
-    // Back and forth between two surfaces, until on both: their curve is there.
-    double of_crossing(std::size_t v, const std::array<std::int32_t, 2>& sources) const
+    // Two curved operands whose faces meet in a vertex, with a face of each; -1 without.
+    struct Crossing {
+        std::array<std::int32_t, 2> operand{-1, -1}, face{-1, -1};
+    };
+
+    // To the curve of the two surfaces, or to one of them where that is nearer and on the same side
+    // of the other as its face.
+    double of_crossing(std::size_t v, const Crossing& c) const
+    {
+        const Vec3& start = made_.mesh.vertices[v];
+        double least = to_curve(start, c.operand);
+        for (const std::size_t k : {0u, 1u}) {
+            const auto& own = scene_.to_surface[c.operand[k]];
+            const auto& other = scene_.to_surface[c.operand[1 - k]];
+            const Vec3 inside = middle_of(c.face[k]);
+            const auto p = own(start);
+            const auto beside = p ? other(*p) : std::nullopt, kept = other(inside);
+            if (beside && kept && dot(*p - *beside, inside - *kept) >= 0.0)
+                least = std::min(least, distance(*p, start));
+        }
+        return std::isfinite(least) ? least : 0.0;
+    }
+
+    // Back and forth between two surfaces, until on both: a point of their curve is there.
+    double to_curve(const Vec3& start, const std::array<std::int32_t, 2>& operands) const
     {
         constexpr int kSteps = 24;
-        const Vec3& start = made_.mesh.vertices[v];
         Vec3 at = start;
         for (int step = 0; step < kSteps; ++step) {
             const Vec3 before = at;
-            for (const std::int32_t i : sources) {
+            for (const std::int32_t i : operands) {
                 const auto p = scene_.to_surface[i](at);
-                if (!p) return 0.0;
+                if (!p) return std::numeric_limits<double>::infinity();
                 at = *p;
             }
             if (distance(at, before) <= 1e-3 * distance(at, start)) return distance(at, start);
         }
-        return 0.0;
+        return std::numeric_limits<double>::infinity();
     }
 
-    // The two curved operands whose faces meet in a vertex, -1 where there are not two.
-    std::vector<std::array<std::int32_t, 2>> sources_of_vertices() const
+    std::vector<Crossing> crossings_at_vertices() const
     {
         constexpr std::int32_t kMany = -2;
-        std::vector<std::array<std::int32_t, 2>> sources(made_.mesh.n_vertices(), {-1, -1});
+        std::vector<Crossing> crossings(made_.mesh.n_vertices());
         for (std::size_t f = 0; f < made_.mesh.n_faces(); ++f)
             for (const std::int32_t v : made_.mesh.faces[f]) {
                 const std::int32_t i = made_.operand[f];
-                auto& [first, second] = sources[v];
-                if (first == -1)
-                    first = i;
-                else if (second == -1 && i != first)
-                    second = i;
-                else if (i != first && i != second)
-                    second = kMany;
+                auto& [operand, face] = crossings[v];
+                if (operand[0] == -1 || (operand[1] == -1 && i != operand[0])) {
+                    const std::size_t k = operand[0] == -1 ? 0 : 1;
+                    operand[k] = i;
+                    face[k] = static_cast<std::int32_t>(f);
+                } else if (i != operand[0] && i != operand[1]) {
+                    operand[1] = kMany;
+                }
             }
-        for (auto& [first, second] : sources)
-            if (second < 0 || !scene_.to_surface[first] || !scene_.to_surface[second]) second = -1;
-        return sources;
+        for (auto& [operand, face] : crossings)
+            if (operand[1] < 0 || !scene_.to_surface[operand[0]] || !scene_.to_surface[operand[1]])
+                operand[1] = -1;
+        return crossings;
+    }
+
+    Vec3 middle_of(std::int32_t f) const
+    {
+        const Triangle& t = made_.mesh.faces[f];
+        const std::vector<Vec3>& v = made_.mesh.vertices;
+        return (v[t[0]] + v[t[1]] + v[t[2]]) / 3.0;
     }
 
     const BooleanScene& scene_;
