@@ -128,7 +128,15 @@ private:
                 const double g = norm(forms_[near[0]].gradient(x));
                 if (g > 0.0 && std::fabs(forms_[near[0]].value(x)) < 0.8 * most * g) return;
             }
-            most = std::max(most, distance_to_solid(x, near, reach, signs));
+            const Distances own = distances(x, near, reach, signs);
+            double d = own.on_solid;
+            // Before it counts, the other surfaces round x are looked at too.
+            if (d > most) {
+                const double far = std::min(d, reach);
+                d = std::min(d, distances(x, surfaces_within(x, far, signs), far, signs).on_solid);
+            }
+            if (d == kInfinity) d = own.on_any < kInfinity ? own.on_any : 0.0;
+            most = std::max(most, d);
         };
         look((p[0] + p[1] + p[2]) / 3.0);
         for (std::size_t i = 0; i < 3; ++i)
@@ -136,12 +144,27 @@ private:
         return most;
     }
 
-    // Distance to the nearest point of the surfaces in `near`, of their curves and corners, that
-    // lies on the solid.
-    double distance_to_solid(const Vec3& x, const std::vector<std::int32_t>& near, double reach,
-                             std::vector<Sign>& signs) const
+    // The surfaces that decide within `far` of x.
+    std::vector<std::int32_t> surfaces_within(const Vec3& x, double far,
+                                              std::vector<Sign>& signs) const
     {
-        double least = kInfinity, any = kInfinity;
+        const Box3 box = Box3{x, x}.inflated(far);
+        for (const std::int32_t s : formula_.surfaces()) {
+            const Interval range = forms_[s].range(box);
+            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        }
+        return formula_.simplified(signs).surfaces();
+    }
+
+    // To the nearest point of some surfaces, of their curves and corners: one that lies on the
+    // solid, and any.
+    struct Distances {
+        double on_solid = kInfinity, on_any = kInfinity;
+    };
+    Distances distances(const Vec3& x, const std::vector<std::int32_t>& near, double reach,
+                        std::vector<Sign>& signs) const
+    {
+        Distances least;
         const auto attempt = [&](std::initializer_list<std::int32_t> chosen) {
             std::array<const SurfaceForm*, 3> on{};
             std::size_t n = 0;
@@ -149,8 +172,8 @@ private:
             const auto p = project(std::span(on.data(), n), x, reach);
             if (!p) return;
             const double d = distance(*p, x);
-            any = std::min(any, d);
-            if (d < least && on_solid(*p, chosen, signs)) least = d;
+            least.on_any = std::min(least.on_any, d);
+            if (d < least.on_solid && on_solid(*p, chosen, signs)) least.on_solid = d;
         };
         for (std::size_t i = 0; i < near.size(); ++i) {
             attempt({near[i]});
@@ -161,8 +184,7 @@ private:
                     attempt({near[i], near[j], near[k]});
             }
         }
-        if (least < kInfinity) return least;
-        return any < kInfinity ? any : 0.0;
+        return least;
     }
 
     bool on_solid(const Vec3& p, std::initializer_list<std::int32_t> on,
