@@ -470,7 +470,6 @@ void mesh_apart(const std::vector<Solid>& parts, const MeshOptions& options, Mes
 {
     MeshOptions part_options = options;
     part_options.tolerance = result.tolerance;
-    part_options.plan = false;
     part_options.region.reset();
     result.method.clear();
     for (const Solid& part : parts) {

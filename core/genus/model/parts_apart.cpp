@@ -1,5 +1,6 @@
 #include "genus/model/parts_apart.h"
 
+#include <algorithm>
 #include <cstdint>
 
 #include "genus/mesh/aabb_tree.h"
@@ -35,12 +36,12 @@ std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margi
 
 }  // namespace
 
-std::vector<Solid> parts_apart(const Solid& solid, double margin)
+namespace {
+
+std::vector<Solid> apart_of_union(const std::vector<Solid>& all, double margin)
 {
-    const auto* shape = std::get_if<Union>(&solid.node().shape);
-    if (!shape || shape->parts.size() < 2) return {solid};
     std::vector<Solid> parts;
-    for (const Solid& part : shape->parts)
+    for (const Solid& part : all)
         if (!part.bounds().empty()) parts.push_back(part);
     std::vector<std::vector<Solid>> groups;
     const std::vector<std::int32_t> number = clusters(parts, margin);
@@ -48,12 +49,43 @@ std::vector<Solid> parts_apart(const Solid& solid, double margin)
         if (static_cast<std::size_t>(number[i]) == groups.size()) groups.emplace_back();
         groups[number[i]].push_back(parts[i]);
     }
-    if (groups.size() < 2) return {solid};
-    std::vector<Solid> apart, polyhedral;
-    for (const std::vector<Solid>& group : groups) {
-        const Solid one = group.size() == 1 ? group[0] : unite(group);
-        (is_polyhedral(one) ? polyhedral : apart).push_back(one);
+    std::vector<Solid> apart;
+    for (const std::vector<Solid>& group : groups)
+        apart.push_back(group.size() == 1 ? group[0] : unite(group));
+    return apart;
+}
+
+// Of an intersection with one union among its parts: the union's, each intersected with the rest.
+std::vector<Solid> apart_of_intersection(const std::vector<Solid>& all, double margin)
+{
+    const auto is_union = [](const Solid& part) {
+        return std::holds_alternative<Union>(part.node().shape);
+    };
+    if (std::count_if(all.begin(), all.end(), is_union) != 1) return {};
+    std::vector<Solid> rest = all;
+    const auto at = std::find_if(rest.begin(), rest.end(), is_union);
+    const Solid united = *at;
+    rest.erase(at);
+    std::vector<Solid> apart;
+    for (const Solid& part : apart_of_union(std::get<Union>(united.node().shape).parts, margin)) {
+        std::vector<Solid> factors = rest;
+        factors.insert(factors.begin(), part);
+        apart.push_back(intersect(std::move(factors)));
     }
+    return apart;
+}
+
+}  // namespace
+
+std::vector<Solid> parts_apart(const Solid& solid, double margin)
+{
+    std::vector<Solid> found, apart, polyhedral;
+    if (const auto* shape = std::get_if<Union>(&solid.node().shape))
+        found = apart_of_union(shape->parts, margin);
+    else if (const auto* common = std::get_if<Intersection>(&solid.node().shape))
+        found = apart_of_intersection(common->parts, margin);
+    if (found.size() < 2) return {solid};
+    for (const Solid& one : found) (is_polyhedral(one) ? polyhedral : apart).push_back(one);
     if (!polyhedral.empty())
         apart.push_back(polyhedral.size() == 1 ? polyhedral[0] : unite(polyhedral));
     return apart;
