@@ -17,7 +17,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,26 +24,7 @@ from typing import Any
 import genus
 import numpy as np
 from genus.report.table import columns, number
-
-Call = Callable[[], Any]
-
-
-def cpu_seconds(call: Call, repeats: int = 3) -> tuple[float, Any]:
-    """Of the fastest run, and its result."""
-    best, result = math.inf, None
-    for _ in range(repeats):
-        start = time.process_time()
-        result = call()
-        best = min(best, time.process_time() - start)
-    return best, result
-
-
-def optional(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        print(f"{name} is not installed: its columns are left out", file=sys.stderr)
-        return None
+from timing import Call, cpu_seconds, optional
 
 
 def opensubdiv_seconds(points: int) -> float | None:

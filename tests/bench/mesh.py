@@ -19,7 +19,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,6 +26,7 @@ from typing import Any
 import genus
 import numpy as np
 from genus.report.table import columns
+from timing import cpu_seconds
 
 PEERS = ("trimesh", "igl", "fast_simplification", "mapbox_earcut", "triangle", "CGAL")
 # In C++: a header by which they are found, and what to link.
@@ -43,16 +43,6 @@ def installed(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError:
         return None
-
-
-def cpu_seconds(call: Callable[[], Any], repeats: int = 3) -> float:
-    """Best of some; one call only where it takes long."""
-    times: list[float] = []
-    while len(times) < repeats and sum(times) < 20:
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 class NativePeers:
@@ -122,7 +112,7 @@ class Table:
             if call is None or call is False:
                 continue
             try:
-                seconds[name] = call if isinstance(call, float) else cpu_seconds(call)
+                seconds[name] = call if isinstance(call, float) else cpu_seconds(call, enough=20)[0]
             except Exception as error:  # a peer that fails is part of the answer
                 if name == "genus":
                     raise

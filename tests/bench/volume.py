@@ -11,11 +11,8 @@ under it, which `--plot` draws.
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
-import math
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,30 +20,11 @@ from typing import Any
 import genus
 import numpy as np
 from genus.report.table import columns, number
+from timing import cpu_seconds, optional
 
 RADIUS, BORE = 0.8, 0.6
 HALF = 1.3
 Arrays = tuple[np.ndarray, np.ndarray]  # vertices, faces
-
-
-def optional(name: str) -> Any:
-    """The module, None if it is not there."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        print(f"{name} is not installed: its columns are left out", file=sys.stderr)
-        return None
-
-
-def cpu_seconds(call: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
-    """Of the fastest run, and its result."""
-    best, result = math.inf, None
-    for _ in range(repeats):
-        result = None
-        start = time.process_time()
-        result = call()
-        best = min(best, time.process_time() - start)
-    return best, result
 
 
 def axis_coordinates(n: int, half: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

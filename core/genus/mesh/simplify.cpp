@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -148,18 +149,21 @@ public:
         });
     }
 
-    // Until the next edge errs by more than `limit` or so many faces are left.
-    void run(double limit, std::int64_t max_faces)
+    // Until the next edge errs by more than `limit` or so many faces are left. The least error that
+    // was too much, infinity if none was.
+    double run(double limit, std::int64_t max_faces)
     {
         const double limit2 = limit * limit;
+        double refused2 = std::numeric_limits<double>::infinity();
         for (std::size_t n = 0; static_cast<std::int64_t>(mesh_.n_faces()) > max_faces; ++n) {
             if (n % 4096 == 0) current_progress().check();
             const std::optional<Candidate> candidate = queue_.pop();
-            if (!candidate) return;
+            if (!candidate) break;
             fetch_ahead();
             const Candidate& next = *candidate;
-            if (next.cost > 2.0 * limit2) return;  // all that follow err more
             const Side s = next.side;
+            if (next.cost > limit2 && mesh_.is_alive(s)) refused2 = std::min(refused2, next.cost);
+            if (next.cost > 2.0 * limit2) break;  // all that follow err more
             queued_[s] = 0;
             if (next.cost > limit2 || !mesh_.is_alive(s)) continue;
             // Costs grow as a rule: those of edges that changed are computed anew only here.
@@ -168,6 +172,7 @@ public:
             else
                 collapse(s);
         }
+        return std::sqrt(refused2);
     }
 
     IndexedMesh result(const Vec3& origin) const
@@ -345,6 +350,47 @@ private:
     CandidateQueue queue_;
 };
 
+// The limits to the quadric error that are tried: smaller until the bound is within the tolerance,
+// then once or twice larger while much of the tolerance is left.
+class Limits {
+public:
+    explicit Limits(double tolerance) : tolerance_(tolerance), next_(tolerance) {}
+
+    double next() const { return next_; }
+    int tried() const { return tried_; }
+
+    // What the limit came to: the bound, and the least error that was refused. False if another
+    // would not be worth its time.
+    bool note(double bound, double refused)
+    {
+        ++tried_;
+        // The quadric error is about proportional to the distance.
+        const double fitting = bound > 0.0 ? kAim * tolerance_ / bound : kMostGrowth;
+        if (bound <= tolerance_) {
+            held_ = next_;
+            if (bound >= kEnough * tolerance_) return false;
+            next_ *= std::clamp(fitting, 1.0, kMostGrowth);
+        } else {
+            failed_ = next_;
+            next_ *= std::clamp(fitting, kMostShrinking, kLeastShrinking);
+        }
+        if (held_ == 0.0) return tried_ < kAttempts;
+        if (std::isfinite(failed_)) next_ = std::sqrt(held_ * failed_);
+        if (bound <= tolerance_) refused_ = refused;
+        return ++larger_ <= kLarger && tried_ < kAttempts && next_ > refused_;
+    }
+
+private:
+    static constexpr double kAim = 0.9, kEnough = 0.8;
+    static constexpr double kMostGrowth = 1.5, kMostShrinking = 0.05, kLeastShrinking = 0.75;
+    static constexpr int kAttempts = 8, kLarger = 2;
+
+    double tolerance_, next_;
+    double held_ = 0.0, failed_ = std::numeric_limits<double>::infinity();  // the last of each
+    double refused_ = 0.0;                                                  // at the last that held
+    int tried_ = 0, larger_ = 0;
+};
+
 void compare(const IndexedMesh& mesh, const SimplifyOptions& options, SimplifiedMesh& out)
 {
     DistanceOptions distance;
@@ -374,22 +420,26 @@ SimplifiedMesh simplify(const IndexedMesh& mesh, const SimplifyOptions& options)
             throw InvalidInput("simplify: vertex " + std::to_string(v) + " is not finite");
     const CollapseMesh sides{TriangleHalfedgeMesh(mesh)};
     const Vec3 origin = mesh.vertices.empty() ? Vec3{} : bounds(mesh).center();
-    SimplifiedMesh out;
-    constexpr int kAttempts = 8;
-    double limit = options.tolerance;
-    while (out.attempts < kAttempts) {
+    SimplifiedMesh best;
+    bool any = false, again = true;
+    Limits limits(options.tolerance);
+    while (again) {
         Simplifier simplifier(sides, mesh.vertices, origin);
-        simplifier.run(limit, max_faces);
+        const double refused = simplifier.run(limits.next(), max_faces);
+        SimplifiedMesh out;
         out.mesh = simplifier.result(origin);
-        ++out.attempts;
         compare(mesh, options, out);
-        if (out.bound <= options.tolerance) return out;
-        // The quadric error is about proportional to the distance.
-        limit *= std::clamp(0.9 * options.tolerance / out.bound, 0.05, 0.75);
+        again = limits.note(out.bound, refused);
+        if (out.bound > options.tolerance) continue;
+        if (!any || out.mesh.n_faces() < best.mesh.n_faces()) best = std::move(out);
+        any = true;
     }
-    out.mesh = mesh;
-    compare(mesh, options, out);
-    return out;
+    if (!any) {
+        best.mesh = mesh;
+        compare(mesh, options, best);
+    }
+    best.attempts = limits.tried();
+    return best;
 }
 
 }  // namespace genus

@@ -26,16 +26,17 @@ struct SimplifiedMesh {
     /// of the distances themselves; else an estimate, `measured` itself.
     double bound = 0.0;
     bool certified = false;
-    /// How often the mesh was simplified anew, because the distance came out above the tolerance.
+    /// How many limits to the quadric error were tried.
     int attempts = 0;
 };
 
 /// Fewer faces for nearly the same surface: edges are drawn together to the points of least
-/// quadric error, cheapest first (up to a sixteenth), until all others would err by more than the
-/// tolerance. Then the
-/// distance of the two surfaces is measured both ways and bounded as in distance.h; where the bound
-/// exceeds the tolerance, all begins again with a smaller limit for the quadric error, and if that
-/// never holds, the mesh comes back as it was. So the bound reported is at most the tolerance.
+/// quadric error, cheapest first (up to an eighth), until all others would err by more than a
+/// limit, at first the tolerance. Then the distance of the two surfaces is measured both ways and
+/// bounded as in distance.h. Where the bound exceeds the tolerance, all begins again with a smaller
+/// limit; where much of the tolerance is left, with a larger one, twice at most. The mesh of fewest
+/// faces that holds comes back, the given one if none does: the bound reported is at most the
+/// tolerance.
 ///
 /// Topology is kept by the link condition: components, handles and boundary loops stay, a closed
 /// mesh stays closed. No face turns over by a right angle or loses its area in one step; faces may

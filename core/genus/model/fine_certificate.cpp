@@ -10,6 +10,7 @@
 #include "genus/base/predicates.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
+#include "genus/mesh/disjoint_sets.h"
 
 namespace genus {
 
@@ -190,22 +191,16 @@ private:
 // A vertex of each component.
 std::vector<std::int32_t> one_of_each(const IndexedMesh& mesh)
 {
-    std::vector<std::int32_t> root(mesh.n_vertices());
-    std::iota(root.begin(), root.end(), 0);
-    const auto find = [&](std::int32_t v) {
-        while (root[v] != v) v = root[v] = root[root[v]];
-        return v;
-    };
+    DisjointSets components(mesh.n_vertices());
     std::vector<char> used(mesh.n_vertices(), 0);
-    for (const Triangle& t : mesh.faces)
-        for (std::size_t i = 0; i < 3; ++i) {
-            used[t[i]] = 1;
-            const std::int32_t a = find(t[i]), b = find(t[(i + 1) % 3]);
-            root[std::max(a, b)] = std::min(a, b);
-        }
+    for (const Triangle& t : mesh.faces) {
+        components.unite(t[0], t[1]);
+        components.unite(t[0], t[2]);
+        for (const std::int32_t v : t) used[v] = 1;
+    }
     std::vector<std::int32_t> found;
-    for (std::size_t v = 0; v < root.size(); ++v)
-        if (used[v] != 0 && root[v] == static_cast<std::int32_t>(v)) found.push_back(root[v]);
+    for (std::int32_t v = 0; v < static_cast<std::int32_t>(used.size()); ++v)
+        if (used[v] != 0 && components.find(v) == v) found.push_back(v);
     return found;
 }
 

@@ -201,7 +201,7 @@ private:
         const SurfaceForm& form = forms_[label >> 1];
         const auto t = form.root_along(start, way);
         if (!t) return std::nullopt;
-        const Vec3 p = start + *t * way;
+        const Vec3 p = form.straightened(start + *t * way);
         return Point{p, outward(forms_, label, p), {}};
     }
 
@@ -233,8 +233,9 @@ private:
     std::optional<Point> on_curve(const Vec3& start, std::int32_t left, std::int32_t right,
                                   const Vec3& along) const
     {
-        const auto p = in_plane(start, along, left >> 1, right >> 1);
+        auto p = in_plane(start, along, left >> 1, right >> 1);
         if (!p) return std::nullopt;
+        for (const std::int32_t label : {left, right}) *p = forms_[label >> 1].straightened(*p);
         const Vec3 m = outward(forms_, left, *p), n = outward(forms_, right, *p);
         const double together = 1.0 + dot(m, n);
         if (!(together * kLongestWay > 1.0)) return std::nullopt;
@@ -360,7 +361,7 @@ private:
     {
         const auto root = form_.root_along(start, way);
         if (!root) return std::nullopt;
-        const Vec3 p = start + *root * way;
+        const Vec3 p = form_.straightened(start + *root * way);
         points_.push_back({p, sign_ * normalized(form_.gradient(p)), shell});
         return static_cast<std::int32_t>(points_.size()) - 1;
     }

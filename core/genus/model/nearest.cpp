@@ -20,8 +20,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kUnit = std::numeric_limits<double>::epsilon();
 constexpr double kClose = 1e-10;  // of the diagonal: what is nearer by less is not searched for
 constexpr int kMostBoxes = 20'000;
-constexpr std::size_t kMostSubsets =
-    6;  // surfaces of a box among which edges and corners are tried
+// Surfaces of a box among which edges and corners are tried, and all of whose signs are.
+constexpr std::size_t kMostSubsets = 6, kMostCases = 8;
 constexpr int kNewtonSteps = 40;
 
 /// Not above c + g.e + (quadratic a in e) on the box |e_k| <= 1.
@@ -37,15 +37,55 @@ double least_on_box(double c, const Vec3& g, const std::array<double, 6>& a)
     return sum - 32.0 * kUnit * size;
 }
 
+/// F on the cell is a quadratic to within `rest`.
+struct Quadratic {
+    explicit Quadratic(const LocalForm& form)
+    {
+        const LocalForm::Expansion x = form.about({});
+        double linear = 0.0, u = 0.0;
+        for (int k = 0; k < 3; ++k) linear += std::fabs(x.sigma[k]);
+        for (const double part : x.u) u += std::fabs(part);
+        c = x.value;
+        g = x.gradient;
+        a = x.a;
+        rest = form.slack(1.0) + 1.001 * (2.0 * linear * u + u * u);
+    }
+
+    double c;
+    Vec3 g;
+    std::array<double, 6> a;
+    double rest;
+};
+
+/// Whether mu (|e - center|^2 - radius^2) + sum lambda_i F_i > 0 on the cell.
+bool is_positive(std::span<const Quadratic> terms, std::span<const double> lambda, double mu,
+                 const Vec3& center, double radius)
+{
+    const double far2 = dot(center, center);
+    double c = mu * (far2 - radius * radius);
+    Vec3 g = -2.0 * mu * center;
+    std::array<double, 6> a{mu, mu, mu, 0.0, 0.0, 0.0};
+    double rest = 16.0 * kUnit * mu * (far2 + radius * radius);
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+        const Quadratic& t = terms[i];
+        double size = std::fabs(t.c);
+        c += lambda[i] * t.c;
+        g += lambda[i] * t.g;
+        for (std::size_t k = 0; k < 6; ++k) {
+            a[k] += lambda[i] * t.a[k];
+            size += std::fabs(t.a[k]);
+        }
+        for (int k = 0; k < 3; ++k) size += std::fabs(t.g[k]);
+        rest += std::fabs(lambda[i]) * (t.rest + 8.0 * kUnit * size);
+    }
+    return least_on_box(c, g, a) > rest;
+}
+
 /// The sign that F has at all points of the cell nearer than `radius` to `center`, if one can be
 /// told: F > 0 there if F + mu (|e - center|^2 - radius^2) > 0 on the cell for some mu >= 0.
 Sign sign_near(const LocalForm& form, const Vec3& center, double radius)
 {
-    const LocalForm::Expansion x = form.about({});
-    double linear = 0.0, u = 0.0;
-    for (int k = 0; k < 3; ++k) linear += std::fabs(x.sigma[k]);
-    for (const double c : x.u) u += std::fabs(c);
-    const double rest = form.slack(1.0) + 1.001 * (2.0 * linear * u + u * u);
+    const Quadratic f(form);
     // Where the level sets of F are about those of the distance: on the way to the middle.
     const double away = norm(center);
     const Vec3 to = away > 0.0 ? center - (radius / away) * center : Vec3{{radius, 0, 0}};
@@ -53,13 +93,7 @@ Sign sign_near(const LocalForm& form, const Vec3& center, double radius)
     for (const double mu : {0.0, fit, 0.5 * fit, 2.0 * fit})
         for (const Sign sign : {Sign{1}, Sign{-1}}) {
             const double s = sign;
-            std::array<double, 6> a = x.a;
-            for (double& c : a) c *= s;
-            for (int k = 0; k < 3; ++k) a[k] += mu;
-            const double c = s * x.value + mu * (dot(center, center) - radius * radius);
-            const double rounding = 16.0 * kUnit * mu * (dot(center, center) + radius * radius);
-            if (least_on_box(c, s * x.gradient - 2.0 * mu * center, a) > rest + rounding)
-                return sign;
+            if (is_positive({&f, 1}, {&s, 1}, mu, center, radius)) return sign;
         }
     return 0;
 }
@@ -83,6 +117,31 @@ bool solve(std::array<std::array<double, 7>, 6>& m, std::size_t n, std::array<do
         for (std::size_t j = k + 1; j < n; ++j) sum -= m[k][j] * x[j];
         x[k] = sum / m[k][k];
     }
+    return true;
+}
+
+/// The numbers lambda for which sum lambda_i grad F_i(q) comes nearest to p - q. False if the
+/// gradients depend on each other.
+bool multipliers(std::span<const LocalForm> forms, const Vec3& q, const Vec3& p,
+                 std::span<double> lambda)
+{
+    const std::size_t n = forms.size();
+    std::array<Vec3, 3> g;
+    std::array<double, 3> length{};
+    for (std::size_t i = 0; i < n; ++i) {
+        g[i] = forms[i].gradient(q);
+        length[i] = norm(g[i]);
+        if (!(length[i] > 0.0)) return false;
+        g[i] = g[i] / length[i];
+    }
+    std::array<std::array<double, 7>, 6> m{};
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j) m[i][j] = dot(g[i], g[j]);
+        m[i][n] = dot(g[i], p - q);
+    }
+    std::array<double, 6> solution{};
+    if (!solve(m, n, solution)) return false;
+    for (std::size_t i = 0; i < n; ++i) lambda[i] = solution[i] / length[i];
     return true;
 }
 
@@ -203,8 +262,9 @@ private:
             task.signs[s] = sign_near(LocalForm(framed_[s], box.center, box.half), from,
                                       task.best < kInfinity ? radius : 1e8);
         auto formula = std::make_shared<SignFormula>(box.formula->simplified(task.signs));
+        const bool none = formula->constant() != 0 || ruled_out(*formula, box, from, radius, task);
         for (const std::int32_t s : surfaces) task.signs[s] = 0;
-        if (formula->constant() != 0) return;
+        if (none) return;
         try_points(*formula, box, task);
         const double half = 0.5 * box.half;
         if (!(half > 1e-12)) return;
@@ -215,6 +275,44 @@ private:
                 distance(Box3{center - Box3::filled(half), center + Box3::filled(half)}, task.p);
             if (least < task.best - kClose) open.push({least, center, half, formula});
         }
+    }
+
+    /// Whether no point of the surface in the box is nearer than the best so far, q. With the
+    /// multipliers of q a weighted sum of its surfaces' functions is positive wherever it is
+    /// nearer, if that is so on the cell by a quadratic bound; then not all terms can be negative
+    /// there, and the formula must have one sign for all other signs of its surfaces.
+    bool ruled_out(const SignFormula& formula, const Box& box, const Vec3& from, double radius,
+                   Task& task) const
+    {
+        if (!(task.best < kInfinity) || formula.surfaces().size() > kMostCases) return false;
+        std::vector<LocalForm> forms;
+        for (const std::int32_t s : task.surfaces)
+            if (s >= 0) forms.emplace_back(framed_[s], box.center, box.half);
+        std::array<double, 3> lambda{};
+        const std::span<double> weights(lambda.data(), forms.size());
+        if (!multipliers(forms, (task.q - box.center) / box.half, from, weights)) return false;
+        const std::vector<Quadratic> terms(forms.begin(), forms.end());
+        return is_positive(terms, weights, 0.5, from, radius) &&
+               same_sign_unless(formula, task.surfaces, weights, task.signs);
+    }
+
+    /// Whether the formula has one sign for all signs of its surfaces but those where each of the
+    /// `named` has that opposite to its weight.
+    static bool same_sign_unless(const SignFormula& formula, std::span<const std::int32_t> named,
+                                 std::span<const double> weights, std::vector<Sign>& signs)
+    {
+        const std::vector<std::int32_t>& open = formula.surfaces();
+        bool inside = false, outside = false;
+        for (std::uint32_t bits = 0; bits < 1u << open.size(); ++bits) {
+            for (std::size_t i = 0; i < open.size(); ++i)
+                signs[open[i]] = bits >> i & 1 ? Sign{1} : Sign{-1};
+            bool excluded = true;
+            for (std::size_t i = 0; i < weights.size(); ++i)
+                excluded &= weights[i] == 0.0 || signs[named[i]] * weights[i] < 0.0;
+            if (!excluded) (formula.sign(signs) < 0 ? inside : outside) = true;
+        }
+        for (const std::int32_t s : open) signs[s] = 0;
+        return !(inside && outside);
     }
 
     /// Faces, edges and corners of the surfaces that decide in the box.

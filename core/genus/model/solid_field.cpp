@@ -385,15 +385,4 @@ std::vector<SolidHit> SolidSurface::ray_cast(const Vec3& origin, const Vec3& dir
     return hits;
 }
 
-Vec3 SolidSurface::nearest(const Vec3& p) const
-{
-    const ClosestPoint near = data_->tree->nearest(p);
-    require(near.face >= 0, "nearest: the solid is empty");
-    // Along the normal of the function to where it changes its sign.
-    const Vec3 along = data_->field->gradient(near.point);
-    if (!(norm(along) > 0.0)) return near.point;
-    const Vec3 d = normalized(along);
-    return near.point + data_->polished(near.point, d, 0.0, 2.0 * data_->bound) * d;
-}
-
 }  // namespace genus

@@ -31,8 +31,8 @@ bool is_exact(const Solid& solid);
 /// nothing if they fail.
 std::optional<Vec3> to_zero(const Implicit& field, Vec3 x);
 
-/// A solid without a formula, for rays and nearest points: a certified mesh within 1/4096 of the
-/// diagonal of its box finds the place, the function of the solid then settles the last digits.
+/// A solid without a formula, for rays: a certified mesh within 1/4096 of the diagonal of its box
+/// finds the place, the function of the solid then settles the last digits.
 /// What is thinner than that may be missed.
 class SolidSurface {
 public:
@@ -41,9 +41,6 @@ public:
 
     /// As ray_cast of queries.h; `surface` of a hit is the number of a face of the mesh.
     std::vector<SolidHit> ray_cast(const Vec3& origin, const Vec3& direction) const;
-    /// A point of the surface next to p. It is no farther from p than the nearest one by more than
-    /// a 2048th of the diagonal.
-    Vec3 nearest(const Vec3& p) const;
 
 private:
     struct Data;

@@ -256,6 +256,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         const Quadric moved = transformed(surface.quadric, translation(-origin_));
         const auto p = moved.polynomial();
         q_ = {p[9], p[6], p[7], p[8], p[0], p[1], p[2], p[3], p[4], p[5]};
+        if (is_plane()) note_axis(surface.quadric.polynomial());
     }
     Vec3 m;
     for (std::size_t i = 0; i < 3; ++i)
@@ -272,6 +273,16 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
             std::max({gradient_slack_, 64.0 * kEps * scale_ * (2.0 * ms * slope_s + slope_t),
                       64.0 * kEps * magnitude_of_slope(q_, m)[i]});
     }
+}
+
+void SurfaceForm::note_axis(const std::array<double, 10>& polynomial)
+{
+    const double* slope = &polynomial[6];
+    for (int k = 0; k < 3; ++k)
+        if (slope[k] != 0.0 && slope[(k + 1) % 3] == 0.0 && slope[(k + 2) % 3] == 0.0) {
+            across_ = k;
+            place_ = 0.0 - polynomial[9] / slope[k];
+        }
 }
 
 double SurfaceForm::value(const Vec3& p) const
@@ -595,6 +606,10 @@ std::optional<Vec3> project(std::span<const SurfaceForm* const> surfaces, const 
                             double reach)
 {
     const std::size_t k = surfaces.size();
+    const auto settled = [&](Vec3 p) {
+        for (const SurfaceForm* s : surfaces) p = s->straightened(p);
+        return p;
+    };
     Vec3 p = start;
     double before = std::numeric_limits<double>::infinity();
     for (int step = 0; step < 40; ++step) {
@@ -607,7 +622,7 @@ std::optional<Vec3> project(std::span<const SurfaceForm* const> surfaces, const 
             g[i] = surfaces[i]->gradient(p);
             there = there && std::fabs(f[i]) <= 0.0625 * surfaces[i]->slack();
         }
-        if (there && step > 0) return p;
+        if (there && step > 0) return settled(p);
         for (std::size_t i = 0; i < k; ++i)
             for (std::size_t j = 0; j < k; ++j) gram[i][j] = dot(g[i], g[j]);
         if (!solve_small(gram, f, k)) return std::nullopt;
@@ -616,14 +631,14 @@ std::optional<Vec3> project(std::span<const SurfaceForm* const> surfaces, const 
         const double length = norm(move);
         if (!std::isfinite(length)) return std::nullopt;
         // At rounding level the steps no longer shrink.
-        if (length >= 0.5 * before && there) return p;
+        if (length >= 0.5 * before && there) return settled(p);
         before = length;
         p += move;
         if (!(distance(p, start) <= reach)) return std::nullopt;
     }
     for (std::size_t i = 0; i < k; ++i)
         if (std::fabs(surfaces[i]->value(p)) > surfaces[i]->slack()) return std::nullopt;
-    return p;
+    return settled(p);
 }
 
 }  // namespace genus

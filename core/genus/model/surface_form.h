@@ -29,6 +29,13 @@ public:
     bool is_plane() const { return kind_ == Surface::Kind::Plane; }
     double value(const Vec3& p) const;
     Vec3 gradient(const Vec3& p) const;
+    /// A point of a plane across an axis, with that coordinate as the plane has it: Newton's method
+    /// leaves it a rounding away. Of any other surface, the point itself.
+    Vec3 straightened(Vec3 p) const
+    {
+        if (across_ >= 0) p[across_] = place_;
+        return p;
+    }
     /// Distance of a point from the surface, to first order.
     double distance(const Vec3& p) const { return std::fabs(value(p)) / norm(gradient(p)); }
     /// Holds F over the convex hull of three or four points.
@@ -60,6 +67,7 @@ private:
         return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
     }
     Interval mean_range(std::span<const Vec3> hull) const;
+    void note_axis(const std::array<double, 10>& polynomial);
 
     Surface::Kind kind_;
     std::shared_ptr<const Function> function_;
@@ -69,6 +77,8 @@ private:
     double scale_ = 1.0;
     double slack_ = 0.0;
     bool bounded_ = true;
+    int across_ = -1;  // the axis that a plane is perpendicular to, and where
+    double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
 };
 

@@ -13,6 +13,7 @@
 #include "genus/model/fibres.h"
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
+#include "genus/model/mesh_solid.h"
 #include "genus/model/refine.h"
 #include "genus/model/solid.h"
 
@@ -80,6 +81,28 @@ TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
                 if (s >= 0) {
                     EXPECT_LE(std::fabs(c.forms[s].value(mesh.vertices[v])), c.forms[s].slack());
                 }
+    }
+}
+
+TEST(FineMesh, PlanesAcrossAnAxisAreMetExactly)
+{
+    // An eighth of a ball moved off its middle, on both roads.
+    const Solid ball = transformed(sphere(1), translation({{0.3, 0.1, 0.7}}));
+    const Solid part =
+        intersect({ball, transformed(cube({{3, 3, 3}}), translation({{0.3, 0.1, 0.7}}))});
+    const Vec3 at{{0.3, 0.1, 0.7}};
+    for (const double tolerance : {0.1, 0.001}) {
+        MeshOptions options;
+        options.tolerance = tolerance;
+        const IndexedMesh mesh = mesh_solid(part, options).mesh;
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::size_t on = 0;
+            for (const Vec3& p : mesh.vertices) {
+                EXPECT_TRUE(p[k] == at[k] || p[k] > at[k] + 1e-9) << p[k] - at[k];
+                on += p[k] == at[k];
+            }
+            EXPECT_GT(on, 3u);
+        }
     }
 }
 

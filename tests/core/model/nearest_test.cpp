@@ -42,6 +42,20 @@ TEST(Nearest, FacesEdgesAndCornersOfABlock)
     EXPECT_EQ(n_surfaces(edge), 2);
     EXPECT_EQ(n_surfaces(corner), 3);
     EXPECT_NEAR(corner.distance, std::sqrt(14.0), 1e-14);
+    for (const SurfacePoint& found : {face, edge, corner, inside}) EXPECT_LE(found.bound, 1e-9);
+}
+
+TEST(Nearest, EdgesAndCornersOfAnyKindAreProven)
+{
+    // Where faces meet outwards and inwards, flat and curved.
+    const Solid corner = subtract({cube({{4, 4, 4}}, true), cube({{4, 4, 4}})});
+    const Solid cap = intersect({sphere(2), half_space({{0, 0, -1}}, -1.0)});
+    const SurfacePoint reflex = one(corner, {{-0.1, -0.2, -0.5}}), edge = one(corner, {{3, 3, -1}}),
+                       rim = one(cap, {{3, 0, 0.5}});
+    EXPECT_NEAR(reflex.distance, std::sqrt(0.3), 1e-12);
+    EXPECT_NEAR(edge.distance, std::sqrt(2.0), 1e-12);
+    EXPECT_NEAR(distance(rim.point, {{std::sqrt(3.0), 0, 1}}), 0.0, 1e-12);
+    for (const SurfacePoint& found : {reflex, edge, rim}) EXPECT_LE(found.bound, 1e-8);
 }
 
 TEST(Nearest, PointsAtTheSameDistanceFromAllOfAFace)
