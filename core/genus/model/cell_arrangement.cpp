@@ -247,47 +247,54 @@ void CellArrangement::cut(const CellPiece& piece, std::size_t i, std::size_t j,
     }
 }
 
-std::vector<std::vector<CellVertex>> join(const std::vector<CellPiece>& pieces)
+std::vector<CellLoop> join(const std::vector<CellPiece>& pieces)
 {
     struct Side {
         CellVertex from, to;
         int label;
-        std::size_t piece;
+        std::size_t next;  // in its piece
+        std::ptrdiff_t across = -1;
         bool used = false;
     };
     std::vector<Side> sides;
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
-        const auto& v = pieces[p].vertices;
-        for (std::size_t k = 0; k < v.size(); ++k)
-            sides.push_back({v[k], v[(k + 1) % v.size()], pieces[p].labels[k], p});
+    for (const CellPiece& piece : pieces) {
+        const std::size_t n = piece.vertices.size(), first = sides.size();
+        for (std::size_t k = 0; k < n; ++k) {
+            const std::size_t next = (k + 1) % n;
+            sides.push_back(
+                {piece.vertices[k], piece.vertices[next], piece.labels[k], first + next});
+        }
     }
     for (std::size_t a = 0; a < sides.size(); ++a)
         for (std::size_t b = a + 1; b < sides.size(); ++b)
-            if (!sides[a].used && !sides[b].used && sides[a].from == sides[b].to &&
-                sides[a].to == sides[b].from)
-                sides[a].used = sides[b].used = true;
+            if (sides[a].across < 0 && sides[b].across < 0 && sides[a].from == sides[b].to &&
+                sides[a].to == sides[b].from) {
+                sides[a].across = static_cast<std::ptrdiff_t>(b);
+                sides[b].across = static_cast<std::ptrdiff_t>(a);
+            }
 
-    std::vector<std::vector<CellVertex>> loops;
+    std::vector<CellLoop> loops;
     for (std::size_t start = 0; start < sides.size(); ++start) {
-        if (sides[start].used) continue;
+        if (sides[start].across >= 0 || sides[start].used) continue;
+        // On round a vertex from piece to piece: pieces that touch at a corner only each keep
+        // their own loop.
         std::vector<std::size_t> chain;
         for (std::size_t at = start; !sides[at].used;) {
             sides[at].used = true;
             chain.push_back(at);
-            std::size_t next = at;
-            for (std::size_t b = 0; b < sides.size(); ++b) {
-                if (sides[b].used || !(sides[b].from == sides[at].to)) continue;
-                // Where two pieces touch at a corner only, each keeps its own loop.
-                if (next == at || sides[b].piece == sides[at].piece) next = b;
-            }
-            at = next;
+            at = sides[at].next;
+            while (sides[at].across >= 0) at = sides[sides[at].across].next;
         }
-        std::vector<CellVertex> loop;
+        CellLoop loop;
+        int corners = 0;
         for (std::size_t k = 0; k < chain.size(); ++k) {
             const std::size_t before = chain[(k + chain.size() - 1) % chain.size()];
-            if (sides[before].label != sides[chain[k]].label) loop.push_back(sides[chain[k]].from);
+            const bool straight = sides[before].label == sides[chain[k]].label;
+            loop.vertices.push_back(sides[chain[k]].from);
+            loop.is_straight.push_back(straight ? 1 : 0);
+            corners += straight ? 0 : 1;
         }
-        if (loop.size() >= 3) loops.push_back(std::move(loop));
+        if (corners >= 3) loops.push_back(std::move(loop));
     }
     return loops;
 }

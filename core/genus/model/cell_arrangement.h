@@ -79,8 +79,14 @@ private:
     bool positive_;
 };
 
-/// Joins pieces of one plane and one orientation into loops: sides between two pieces vanish, and
-/// so do vertices in the middle of a straight side, which a neighbouring cell may not have.
-std::vector<std::vector<CellVertex>> join(const std::vector<CellPiece>& pieces);
+/// The border of some pieces. Vertices in the middle of a straight side, which a neighbouring cell
+/// may not have, are marked.
+struct CellLoop {
+    std::vector<CellVertex> vertices;
+    std::vector<char> is_straight;
+};
+
+/// Joins pieces of one plane and one orientation into loops: sides between two pieces vanish.
+std::vector<CellLoop> join(const std::vector<CellPiece>& pieces);
 
 }  // namespace genus

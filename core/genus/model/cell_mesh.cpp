@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kTaskDepth = 8;        // bisections before the work is handed out: 6 * 2^8 tasks
 constexpr std::size_t kMaxCut = 10;  // surfaces through one cell
+constexpr double kOnLine = 1e-12;    // area beside that of a triangle
 
 // Name of a vertex, the same in all cells that share it: the corners of the edge, face or cell it
 // lies in and the surfaces that meet there.
@@ -101,10 +102,12 @@ std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& norm
                                              dot(points[c] - points[b], points[c] - points[b]),
                                              dot(points[a] - points[c], points[a] - points[c])});
             double shape = longest > 0.0 ? size / longest : 0.0;
+            // Vertices in the middle of straight sides are on the border but for rounding.
+            const double least = -kOnLine * std::fabs(size);
             if (ring.size() > 4 || size <= 0.0)
                 for (const std::int32_t d : ring)
-                    if (d != a && d != b && d != c && area(a, b, d) >= 0.0 &&
-                        area(b, c, d) >= 0.0 && area(c, a, d) >= 0.0)
+                    if (d != a && d != b && d != c && area(a, b, d) >= least &&
+                        area(b, c, d) >= least && area(c, a, d) >= least)
                         shape = std::min(shape, 0.0) - 1.0;
             // For four corners both halves count.
             if (ring.size() == 4) {
@@ -320,6 +323,7 @@ private:
         const bool positive = dot(cross(corners[1] - corners[0], corners[2] - corners[0]),
                                   corners[3] - corners[0]) > 0.0;
         const CellArrangement cell(corners, std::move(rows), positive);
+        std::vector<OwnLoop> loops;
         for (std::size_t i = 0; i < n; ++i) {
             const std::size_t own = std::size_t{1} << i;
             // 0: both sides alike, 1: matter where the surface is negative, -1: the other way.
@@ -335,8 +339,9 @@ private:
                     }
             std::vector<CellPiece> pieces = cell.cut_plane(i, cutters);
             if (cutters.empty()) {
+                const std::vector<CellVertex>& all = pieces[0].vertices;
                 if (const int b = border(pieces[0].signs); b != 0)
-                    add_loop(cell, pieces[0].vertices, b < 0, i, surfaces, codes, corners, part);
+                    loops.push_back({{all, std::vector<char>(all.size(), 0)}, i, b < 0});
                 continue;
             }
             std::array<std::vector<CellPiece>, 2> kept;  // outward along, against the gradient
@@ -344,9 +349,57 @@ private:
                 if (const int b = border(piece.signs); b != 0)
                     kept[b > 0 ? 0 : 1].push_back(std::move(piece));
             for (const int turned : {0, 1})
-                for (const auto& loop : join(kept[turned]))
-                    add_loop(cell, loop, turned != 0, i, surfaces, codes, corners, part);
+                for (CellLoop& loop : join(kept[turned]))
+                    loops.push_back({std::move(loop), i, turned != 0});
         }
+        drop_straight(loops);
+        for (const OwnLoop& loop : loops)
+            if (loop.loop.vertices.size() >= 3)
+                add_loop(cell, loop.loop.vertices, loop.turned, loop.own, surfaces, codes, corners,
+                         part);
+    }
+
+    // A loop on the plane of a surface, turned against its gradient or not.
+    struct OwnLoop {
+        CellLoop loop;
+        std::size_t own;
+        bool turned;
+    };
+
+    // Where the solid touches itself along an edge, what is straight for one loop may be the corner
+    // of another: then it stays for both.
+    static void drop_straight(std::vector<OwnLoop>& loops)
+    {
+        std::vector<CellVertex> corners;
+        for (const OwnLoop& l : loops)
+            for (std::size_t k = 0; k < l.loop.vertices.size(); ++k)
+                if (l.loop.is_straight[k] == 0 && l.loop.vertices[k].n_surfaces == 3)
+                    corners.push_back(l.loop.vertices[k]);
+        for (OwnLoop& l : loops) {
+            std::vector<CellVertex> kept;
+            for (std::size_t k = 0; k < l.loop.vertices.size(); ++k) {
+                const CellVertex& v = l.loop.vertices[k];
+                if (l.loop.is_straight[k] == 0 ||
+                    std::find(corners.begin(), corners.end(), v) != corners.end())
+                    kept.push_back(v);
+            }
+            l.loop.vertices = without_spikes(kept);
+        }
+    }
+
+    // A way to a vertex and straight back bounds nothing.
+    static std::vector<CellVertex> without_spikes(const std::vector<CellVertex>& loop)
+    {
+        std::vector<CellVertex> kept;
+        for (const CellVertex& v : loop) {
+            kept.push_back(v);
+            const std::size_t n = kept.size();
+            if (n >= 3 && kept[n - 1] == kept[n - 3]) kept.resize(n - 2);
+        }
+        while (kept.size() >= 3 && kept[kept.size() - 2] == kept[0]) kept.resize(kept.size() - 2);
+        while (kept.size() >= 3 && kept[1] == kept.back())
+            kept.erase(kept.begin(), kept.begin() + 2);
+        return kept;
     }
 
     void add_loop(const CellArrangement& cell, const std::vector<CellVertex>& loop, bool turned,

@@ -24,6 +24,10 @@ struct SurfaceMesh {
     std::vector<std::int32_t> surface_of_face;
     /// Diameter of the smallest cell at a vertex.
     std::vector<double> cell_size;
+    /// Where the solid touches itself along an edge, the mesh passes more than once. Vertices on
+    /// such edges have a number of their place, the same for those at one point, all others -1.
+    /// Empty if there is none.
+    std::vector<std::int32_t> touch_of_vertex;
 };
 
 /// What the cells of a CellMesher must satisfy where the solid has its surface.

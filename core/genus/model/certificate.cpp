@@ -8,6 +8,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
+#include "genus/model/fans.h"
 
 namespace genus {
 
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t kGroupFaces = 24;
 constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
+constexpr double kUpTo = 1.0 - 0x1p-50;         // of the tolerance, rounding allowed for
 constexpr double kSmallFace = 0.25;             // diagonal, of the tolerance
 constexpr int kLarge = 4;                       // beside the bits of the two sides
 constexpr double kSmallBox = 1.0 / 16.0;        // radius, of the tolerance
@@ -52,6 +54,7 @@ public:
           const std::vector<SurfaceForm>& forms, double tolerance, double least)
         : m_(mesh), forms_(forms), tolerance_(tolerance), least_(least)
     {
+        take_apart();
         make_groups(formula);
         note_labels();
         first_offsets();
@@ -66,30 +69,33 @@ public:
             current_progress().check();
             check_faces(pending);
             bool any = false;
-            std::vector<char> touched(m_.mesh.n_vertices(), 0);
+            std::vector<char> touched(points_.size(), 0);
             for (std::size_t f = 0; f < n; ++f) {
                 pending[f] = 0;
                 if (open_[f] == 0) continue;
                 const bool small =
                     face_box(static_cast<std::int32_t>(f)).diagonal() <= kSmallFace * tolerance_;
-                for (const std::int32_t v : m_.mesh.faces[f])
-                    touched[v] = static_cast<char>(touched[v] | open_[f] | (small ? 0 : kLarge));
+                for (const int side : {0, 1})
+                    for (const std::int32_t v : face(f, side))
+                        touched[v] = static_cast<char>(touched[v] | (open_[f] & (1 << side)) |
+                                                       (small ? 0 : kLarge));
             }
-            std::vector<char> changed(m_.mesh.n_vertices(), 0);
+            std::vector<char> changed(points_.size(), 0);
             for (std::size_t v = 0; v < touched.size(); ++v)
-                if (touched[v] != 0 && widen(static_cast<std::int32_t>(v), touched[v])) {
+                if ((touched[v] & 3) != 0 && widen(static_cast<std::int32_t>(v), touched[v])) {
                     changed[v] = 1;
                     any = true;
                 }
             if (!any) return;
             for (std::size_t f = 0; f < n; ++f)
-                for (const std::int32_t v : m_.mesh.faces[f]) pending[f] |= changed[v];
+                for (const int side : {0, 1})
+                    for (const std::int32_t v : face(f, side)) pending[f] |= changed[v];
         }
     }
 
     IndexedMesh moved(int side) const
     {
-        IndexedMesh result = m_.mesh;
+        IndexedMesh result{points_, faces(side)};
         for (std::size_t v = 0; v < result.n_vertices(); ++v)
             result.vertices[v] = corner(static_cast<std::int32_t>(v), side);
         return result;
@@ -105,12 +111,8 @@ public:
             part = std::max(part, share);
             c.rounding = std::max(c.rounding, rounding_[v] * length);
         }
-        // A face without signs will do if it is so small that a corner that also belongs to a good
-        // face speaks for it.
-        std::vector<char> good(offset_.size(), 0);
-        for (std::size_t f = 0; f < open_.size(); ++f)
-            if (open_[f] == 0)
-                for (const std::int32_t v : m_.mesh.faces[f]) good[v] = 1;
+        // A face without signs will do if it is so near a good face that that speaks for it.
+        const std::vector<double> good = strict ? std::vector<double>{} : far_from_surface();
         for (std::size_t f = 0; f < open_.size(); ++f) {
             const auto face = static_cast<std::int32_t>(f);
             if (open_[f] == 0 ? reach(face) <= tolerance_
@@ -131,7 +133,7 @@ public:
             for (const int side : {0, 1}) {
                 if ((open_[f] >> side & 1) == 0) continue;
                 Box3 box;
-                for (const std::int32_t v : m_.mesh.faces[f]) box.add(corner(v, side));
+                for (const std::int32_t v : face(f, side)) box.add(corner(v, side));
                 boxes.push_back(box);
             }
         return boxes;
@@ -140,25 +142,54 @@ public:
 private:
     // The most that a corner of the face moves. A face keeps its own error from this as long as
     // its neighbours are no worse.
-    double reach(std::int32_t f) const
+    double reach(std::int32_t f) const { return std::max({reach(f, 0), reach(f, 1), reach(f, 2)}); }
+    double reach(std::size_t f, std::size_t i) const
     {
-        double most = 0.0;
-        for (const std::int32_t v : m_.mesh.faces[f])
-            most = std::max(most, std::max(offset_[v][0], offset_[v][1]) * norm(direction_[v]));
-        return most;
+        const std::int32_t out = face(f, 0)[i], in = face(f, 1)[i];
+        return std::max(offset_[out][0] * norm(direction_[out]),
+                        offset_[in][1] * norm(direction_[in]));
     }
 
-    bool vouched_for(std::int32_t f, const std::vector<char>& good, double& bound) const
+    // How far a vertex is from the surface at most: so much as it moves in a face with signs, or
+    // as the way along edges to one that does.
+    std::vector<double> far_from_surface() const
+    {
+        std::vector<double> far(m_.mesh.n_vertices(), kInfinity);
+        std::vector<std::size_t> open;
+        for (std::size_t f = 0; f < open_.size(); ++f) {
+            if (open_[f] != 0) open.push_back(f);
+            for (std::size_t i = 0; i < 3 && open_[f] == 0; ++i) {
+                double& least = far[m_.mesh.faces[f][i]];
+                least = std::min(least, reach(f, i));
+            }
+        }
+        bool any = !open.empty();
+        for (int round = 0; any && round < kMaxRounds; ++round) {
+            any = false;
+            for (const std::size_t f : open) {
+                const std::array<Vec3, 3> p = face_corners(static_cast<std::int32_t>(f));
+                for (std::size_t i = 0; i < 3; ++i)
+                    for (std::size_t j = 0; j < 3; ++j) {
+                        double& least = far[m_.mesh.faces[f][i]];
+                        const double by = far[m_.mesh.faces[f][j]] + distance(p[i], p[j]);
+                        if (!(by < least)) continue;
+                        least = by;
+                        any = true;
+                    }
+            }
+        }
+        return far;
+    }
+
+    bool vouched_for(std::int32_t f, const std::vector<double>& good, double& bound) const
     {
         const std::array<Vec3, 3> p = face_corners(f);
         double least = kInfinity;
         for (std::size_t i = 0; i < 3; ++i) {
             const std::int32_t v = m_.mesh.faces[f][i];
-            if (good[v] == 0) continue;
-            const double own = std::max(offset_[v][0], offset_[v][1]) * norm(direction_[v]);
             const double far =
                 std::max(distance(p[i], p[(i + 1) % 3]), distance(p[i], p[(i + 2) % 3]));
-            least = std::min(least, own + far);
+            least = std::min(least, good[v] + far);
         }
         if (!(least <= tolerance_)) return false;
         bound = std::max(bound, least);
@@ -171,6 +202,26 @@ private:
         for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
         return box;
     }
+
+    // Where the mesh touches itself, M+ has its faces together that bound the same wedge of empty
+    // space: those of one wedge of matter could not move out of it there.
+    void take_apart()
+    {
+        points_ = m_.mesh.vertices;
+        if (m_.touch_of_vertex.empty()) return;
+        std::optional<FansOfSpace> fans = fans_of_space(m_);
+        if (!fans) return;
+        outer_faces_ = std::move(fans->faces);
+        for (const std::int32_t v : fans->original) points_.push_back(m_.mesh.vertices[v]);
+    }
+
+    const std::vector<Triangle>& faces(int side) const
+    {
+        return side == 0 && !outer_faces_.empty() ? outer_faces_ : m_.mesh.faces;
+    }
+
+    // The corners that a face has in M+ (side 0) or M-.
+    const Triangle& face(std::size_t f, int side) const { return faces(side)[f]; }
 
     void make_groups(const SignFormula& formula)
     {
@@ -196,11 +247,13 @@ private:
         for (Task& task : tasks)
             groups_.insert(groups_.end(), std::make_move_iterator(task.groups.begin()),
                            std::make_move_iterator(task.groups.end()));
-        group_of_vertex_.assign(m_.mesh.n_vertices(), -1);
+        group_of_vertex_.assign(points_.size(), -1);
         for (std::size_t g = 0; g < groups_.size(); ++g)
             for (const std::int32_t f : groups_[g].faces)
-                for (const std::int32_t v : m_.mesh.faces[f])
-                    if (group_of_vertex_[v] < 0) group_of_vertex_[v] = static_cast<std::int32_t>(g);
+                for (const int side : {0, 1})
+                    for (const std::int32_t v : face(f, side))
+                        if (group_of_vertex_[v] < 0)
+                            group_of_vertex_[v] = static_cast<std::int32_t>(g);
     }
 
     template <class Done>
@@ -244,13 +297,19 @@ private:
         divide(std::move(second), here, enough, done);
     }
 
+    std::array<std::int32_t, 6> corners_of_both(std::size_t f) const
+    {
+        const Triangle &out = face(f, 0), &in = face(f, 1);
+        return {out[0], out[1], out[2], in[0], in[1], in[2]};
+    }
+
     // The signed surfaces of the faces round each vertex.
     void note_labels()
     {
-        labels_.assign(m_.mesh.n_vertices(), {});
-        n_labels_.assign(m_.mesh.n_vertices(), 0);
+        labels_.assign(points_.size(), {});
+        n_labels_.assign(points_.size(), 0);
         for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f)
-            for (const std::int32_t v : m_.mesh.faces[f]) {
+            for (const std::int32_t v : corners_of_both(f)) {
                 auto& list = labels_[v];
                 std::uint8_t& n = n_labels_[v];
                 const std::int32_t label = m_.surface_of_face[f];
@@ -268,7 +327,7 @@ private:
 
     void first_offsets()
     {
-        const std::size_t n = m_.mesh.n_vertices();
+        const std::size_t n = points_.size();
         direction_.resize(n);
         offset_.assign(n, {0.0, 0.0});
         rounding_.assign(n, 0.0);
@@ -276,7 +335,7 @@ private:
             std::vector<Sign> signs(forms_.size(), Sign{0});
             for (std::size_t v = begin; v < end; ++v) {
                 direction_[v] = choose_direction(static_cast<std::int32_t>(v), 0.0, signs);
-                const Vec3& p = m_.mesh.vertices[v];
+                const Vec3& p = points_[v];
                 for (std::size_t i = 0; i < n_labels_[v]; ++i) {
                     const double g = norm(outward(labels_[v][i], p));
                     if (g > 0.0)
@@ -287,10 +346,12 @@ private:
         });
         for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f) {
             const std::array<double, 2> e = own_distance(static_cast<std::int32_t>(f));
-            for (const std::int32_t v : m_.mesh.faces[f])
-                for (const std::size_t side : {0u, 1u})
+            for (const int side : {0, 1})
+                for (const std::int32_t v : face(f, side))
                     offset_[v][side] = std::max(offset_[v][side], 1.02 * e[side] + rounding_[v]);
         }
+        for (std::size_t v = 0; v < n; ++v)
+            for (double& a : offset_[v]) a = std::min(a, kUpTo * tolerance_ / norm(direction_[v]));
         if (least_ > 0.0) keep_apart();
         open_.assign(m_.mesh.n_faces(), 3);
     }
@@ -298,13 +359,14 @@ private:
     // Thick, but flat beside the faces.
     void keep_apart()
     {
-        std::vector<double> shortest(m_.mesh.n_vertices(), kInfinity);
-        for (const Triangle& t : m_.mesh.faces)
-            for (std::size_t i = 0; i < 3; ++i) {
-                const std::int32_t a = t[i], b = t[(i + 1) % 3];
-                const double length = distance(m_.mesh.vertices[a], m_.mesh.vertices[b]);
-                for (const std::int32_t v : {a, b}) shortest[v] = std::min(shortest[v], length);
-            }
+        std::vector<double> shortest(points_.size(), kInfinity);
+        for (const int side : {0, 1})
+            for (const Triangle& t : faces(side))
+                for (std::size_t i = 0; i < 3; ++i) {
+                    const std::int32_t a = t[i], b = t[(i + 1) % 3];
+                    const double length = distance(points_[a], points_[b]);
+                    for (const std::int32_t v : {a, b}) shortest[v] = std::min(shortest[v], length);
+                }
         for (std::size_t v = 0; v < offset_.size(); ++v)
             for (double& a : offset_[v])
                 a = std::max(a, std::min(least_, kFlatness * shortest[v]) / norm(direction_[v]));
@@ -347,7 +409,7 @@ private:
     // directions of neighbouring vertices are alike.
     Vec3 choose_direction(std::int32_t v, double reach, std::vector<Sign>& signs) const
     {
-        const Vec3& p = m_.mesh.vertices[v];
+        const Vec3& p = points_[v];
         std::vector<Vec3> normals;
         std::vector<double> demands;
         for (std::size_t i = 0; i < n_labels_[v]; ++i) {
@@ -390,7 +452,7 @@ private:
     Vec3 corner(std::int32_t v, int side) const
     {
         const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
-        return m_.mesh.vertices[v] + step * direction_[v];
+        return points_[v] + step * direction_[v];
     }
 
     void check_faces(const std::vector<char>& pending)
@@ -402,7 +464,7 @@ private:
                     if (pending[f] == 0) continue;
                     open_[f] = 0;
                     for (const int side : {0, 1}) {
-                        const Triangle& t = m_.mesh.faces[f];
+                        const Triangle& t = face(f, side);
                         const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side),
                                                     corner(t[2], side)};
                         find_signs(groups_[g].formula, forms_, p, signs);
@@ -416,7 +478,7 @@ private:
     bool widen(std::int32_t v, int sides)
     {
         // Corners of small faces stop half way: a neighbour can still vouch for these.
-        const double limit = (sides & kLarge) != 0 ? tolerance_ : 0.5 * tolerance_;
+        const double limit = (sides & kLarge) != 0 ? kUpTo * tolerance_ : 0.5 * tolerance_;
         bool changed = false;
         for (const std::size_t side : {0u, 1u}) {
             if ((sides >> side & 1) == 0) continue;
@@ -437,6 +499,8 @@ private:
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
     double least_;
+    std::vector<Vec3> points_;           // the vertices of M+ and M-, before they move
+    std::vector<Triangle> outer_faces_;  // of M+, if others than M- and the mesh have
     std::vector<Group> groups_;
     std::vector<std::int32_t> group_of_vertex_;
     std::vector<std::array<std::int32_t, 6>> labels_;

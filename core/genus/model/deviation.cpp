@@ -164,6 +164,29 @@ private:
     Distances distances(const Vec3& x, const std::vector<std::int32_t>& near, double reach,
                         std::vector<Sign>& signs) const
     {
+        constexpr std::size_t kFew = 6;
+        if (near.size() > kFew) return distances_by_nearest(x, near, kFew, reach, signs);
+        return distances(x, near, near.size(), reach, signs);
+    }
+
+    // There may be many: curves and corners of the nearest only.
+    Distances distances_by_nearest(const Vec3& x, const std::vector<std::int32_t>& near,
+                                   std::size_t n_few, double reach, std::vector<Sign>& signs) const
+    {
+        std::vector<std::pair<double, std::int32_t>> by_distance;
+        for (const std::int32_t s : near) {
+            const double d = forms_[s].distance(x);
+            by_distance.emplace_back(std::isnan(d) ? 0.0 : d, s);
+        }
+        std::sort(by_distance.begin(), by_distance.end());
+        std::vector<std::int32_t> sorted;
+        for (const auto& [d, s] : by_distance) sorted.push_back(s);
+        return distances(x, sorted, n_few, reach, signs);
+    }
+
+    Distances distances(const Vec3& x, const std::vector<std::int32_t>& near, std::size_t n_few,
+                        double reach, std::vector<Sign>& signs) const
+    {
         Distances least;
         const auto attempt = [&](std::initializer_list<std::int32_t> chosen) {
             std::array<const SurfaceForm*, 3> on{};
@@ -177,11 +200,9 @@ private:
         };
         for (std::size_t i = 0; i < near.size(); ++i) {
             attempt({near[i]});
-            if (near.size() > 6) continue;
-            for (std::size_t j = i + 1; j < near.size(); ++j) {
+            for (std::size_t j = i + 1; j < n_few; ++j) {
                 attempt({near[i], near[j]});
-                for (std::size_t k = j + 1; k < near.size(); ++k)
-                    attempt({near[i], near[j], near[k]});
+                for (std::size_t k = j + 1; k < n_few; ++k) attempt({near[i], near[j], near[k]});
             }
         }
         return least;

@@ -11,7 +11,8 @@ FlexibleMesh::FlexibleMesh(SurfaceMesh&& mesh)
     : points_(std::move(mesh.mesh.vertices)),
       size_(std::move(mesh.cell_size)),
       surfaces_(std::move(mesh.surfaces_of_vertex)),
-      label_(std::move(mesh.surface_of_face))
+      label_(std::move(mesh.surface_of_face)),
+      touch_(std::move(mesh.touch_of_vertex))
 {
     const TriangleSides sides(mesh.mesh);
     const EdgeTable edges =
@@ -23,6 +24,12 @@ FlexibleMesh::FlexibleMesh(SurfaceMesh&& mesh)
         from_[s] = sides.from(s);
         out_[from_[s]] = s;
         require(twin_[s] >= 0, "surface mesh is not closed");
+    }
+    for (std::size_t v = 0; v < touch_.size(); ++v) {
+        if (touch_[v] < 0) continue;
+        const auto place = static_cast<std::size_t>(touch_[v]);
+        if (place >= places_.size()) places_.resize(place + 1);
+        places_[place].push_back(static_cast<std::int32_t>(v));
     }
 }
 
@@ -36,6 +43,7 @@ SurfaceMesh FlexibleMesh::release()
         mesh.mesh.vertices.push_back(points_[v]);
         mesh.surfaces_of_vertex.push_back(surfaces_[v]);
         mesh.cell_size.push_back(size_[v]);
+        if (!touch_.empty()) mesh.touch_of_vertex.push_back(touch_[v]);
     }
     for (std::size_t f = 0; f < label_.size(); ++f) {
         if (from_[3 * f] < 0) continue;
@@ -52,6 +60,58 @@ int FlexibleMesh::n_creases(std::int32_t v) const
     int n = 0;
     visit_ring(v, [&](std::int32_t s) { n += is_crease(s); });
     return n;
+}
+
+std::vector<std::int32_t> FlexibleMesh::coincident(std::int32_t s) const
+{
+    std::vector<std::int32_t> edges{s};
+    if (!touches(from_[s]) || !touches(to(s))) return edges;
+    const std::int32_t end = touch_[to(s)];
+    for (const std::int32_t v : places_[touch_[from_[s]]]) {
+        if (!exists(v)) continue;
+        visit_ring(v, [&](std::int32_t x) {
+            if (x != s && touch_[to(x)] == end) edges.push_back(x);
+        });
+    }
+    return edges;
+}
+
+std::int32_t FlexibleMesh::side(std::int32_t from, std::int32_t to) const
+{
+    std::int32_t found = -1;
+    visit_ring(from, [&](std::int32_t x) {
+        if (this->to(x) == to) found = x;
+    });
+    require(found >= 0, "surface mesh: vertices are no neighbours");
+    return found;
+}
+
+bool FlexibleMesh::can_collapse_together(const std::vector<std::int32_t>& edges) const
+{
+    std::vector<std::int32_t> origins, rings;
+    for (const std::int32_t s : edges) {
+        origins.push_back(from_[s]);
+        visit_ring(from_[s], [&](std::int32_t x) {
+            if (x != s) rings.push_back(to(x));
+        });
+    }
+    const auto all_differ = [](std::vector<std::int32_t>& list) {
+        std::sort(list.begin(), list.end());
+        return std::adjacent_find(list.begin(), list.end()) == list.end();
+    };
+    const std::vector<std::int32_t>& here = places_[touch_[origins[0]]];
+    const auto n_here =
+        std::count_if(here.begin(), here.end(), [&](std::int32_t v) { return exists(v); });
+    if (static_cast<std::size_t>(n_here) != origins.size()) return false;
+    rings.insert(rings.end(), origins.begin(), origins.end());
+    return all_differ(origins) && all_differ(rings);
+}
+
+void FlexibleMesh::note_touch(const std::vector<std::int32_t>& vertices)
+{
+    if (touch_.empty() || vertices.size() < 2) return;
+    for (const std::int32_t v : vertices) touch_[v] = static_cast<std::int32_t>(places_.size());
+    places_.push_back(vertices);
 }
 
 std::int32_t FlexibleMesh::add_face(std::int32_t a, std::int32_t b, std::int32_t c,
@@ -78,6 +138,7 @@ std::int32_t FlexibleMesh::split(std::int32_t s, const Vec3& p,
     points_.push_back(p);
     size_.push_back(std::min(size_[a], size_[b]));
     surfaces_.push_back(surfaces);
+    if (!touch_.empty()) touch_.push_back(-1);
 
     const std::int32_t bc = twin_[next(s)], ad = twin_[next(t)];
     const std::int32_t s2 = add_face(m, b, c, label_[s / 3]);

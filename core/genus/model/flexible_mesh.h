@@ -39,6 +39,15 @@ public:
     const Vec3& point(std::int32_t v) const { return points_[v]; }
     double cell_size(std::int32_t v) const { return size_[v]; }
     const std::array<std::int32_t, 3>& surfaces(std::int32_t v) const { return surfaces_[v]; }
+    /// Whether the mesh touches itself at a vertex, see SurfaceMesh::touch_of_vertex.
+    bool touches(std::int32_t v) const
+    {
+        return !touch_.empty() && touch_[static_cast<std::size_t>(v)] >= 0;
+    }
+    /// The side itself, and one of each other edge at the same place.
+    std::vector<std::int32_t> coincident(std::int32_t s) const;
+    /// The side from one vertex to a neighbour.
+    std::int32_t side(std::int32_t from, std::int32_t to) const;
     /// Creases that end at a vertex: 0 inside a face, 2 on a curve, else a corner.
     int n_creases(std::int32_t v) const;
 
@@ -63,6 +72,11 @@ public:
     /// it is.
     bool can_collapse(std::int32_t s) const;
     void collapse(std::int32_t s);
+    /// True if these coincident edges are all that end at the place of their origins, and nothing
+    /// round one of them is changed by removing the origin of another.
+    bool can_collapse_together(const std::vector<std::int32_t>& edges) const;
+    /// New vertices at one point; a single one touches nothing.
+    void note_touch(const std::vector<std::int32_t>& vertices);
 
 private:
     void join(std::int32_t s, std::int32_t t)
@@ -77,6 +91,8 @@ private:
     std::vector<std::array<std::int32_t, 3>> surfaces_;
     std::vector<std::int32_t> out_;  // a side from each vertex, -1 where it is gone
     std::vector<std::int32_t> from_, twin_, label_;
+    std::vector<std::int32_t> touch_;                // of each vertex; empty if nothing touches
+    std::vector<std::vector<std::int32_t>> places_;  // the vertices that were at each, some gone
 };
 
 }  // namespace genus

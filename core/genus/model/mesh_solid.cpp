@@ -13,6 +13,7 @@
 #include "genus/model/certificate.h"
 #include "genus/model/deviation.h"
 #include "genus/model/embedding.h"
+#include "genus/model/fans.h"
 #include "genus/model/fibres.h"
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
@@ -32,7 +33,8 @@ namespace genus {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMaxAttempts = 8;
+constexpr int kMaxAttempts = 12;
+constexpr double kSmallerCells = 0.3;
 constexpr double kFiner = 0.4;
 // Where a place stays doubtful at ever finer cells, this many faces in all are tried.
 constexpr std::size_t kFacesAttempt = 20'000, kGrowthOfFaces = 10;
@@ -96,9 +98,13 @@ public:
         const int attempts = has_function_ || finer < kLeastSandwich ? 0
                              : finer < 8.0 * kLeastSandwich          ? kQuickAttempts
                                                                      : 2 * kQuickAttempts;
-        if (meshed(attempts, wide_cells(),
-                   [&](SurfaceMesh& mesh) { return cut_within_sandwich(mesh); }))
+        if (meshed(attempts, wide_cells(), [&](SurfaceMesh& mesh) {
+                // There is no sandwich round an edge along which the solid touches itself.
+                hopeless_ = !mesh.touch_of_vertex.empty();
+                return !hopeless_ && cut_within_sandwich(mesh);
+            }))
             return;
+        hopeless_ = false;
         if (!meshed(has_function_ ? kQuickAttempts : kMaxAttempts, CellDemands{},
                     [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
             give_up("the tolerance was not reached");
@@ -125,11 +131,17 @@ private:
         CellMesher mesher(formula_, forms_, cube_);
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
-        std::size_t work = 0, budget = 0;
+        std::size_t work = 0, budget = 0, n_splits = 0;
         for (int attempt = 0; attempt < attempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / attempts);
             mesher.refine(demands,
                           has_function_ ? kMostFunctionCells : 4 * options_.max_triangles + 1000);
+            // At an apex cells of one size may do where those of another do not.
+            if (attempt > 0 && mesher.n_splits() == n_splits) {
+                demands.min_size *= kSmallerCells;
+                continue;
+            }
+            n_splits = mesher.n_splits();
             SurfaceMesh mesh = mesher.extract();
             const bool closed = separate_fans(mesh);
             clock_.end("mesh");
@@ -141,6 +153,7 @@ private:
                 finish(std::move(mesh));
                 return true;
             }
+            if (hopeless_) return false;
             if (closed)
                 demands.finer.insert(demands.finer.end(), trouble_.begin(), trouble_.end());
             else  // other cells everywhere, so that the same roundings do not meet again
@@ -347,6 +360,7 @@ private:
     bool has_function_ = has_function(field_);
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
+    bool hopeless_ = false;                         // finer cells will not help this way
     SurfaceMesh last_;                              // the last one without a certificate
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };

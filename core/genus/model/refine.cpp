@@ -3,120 +3,31 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <queue>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
-#include "genus/mesh/sides.h"
 
 namespace genus {
 
 namespace {
 
-// Pairs the sides of an edge so that each pair bounds one wedge of matter. Seen along the edge,
-// matter lies clockwise of a face that runs along it and counterclockwise of one that runs against.
-bool pair_sides(const IndexedMesh& mesh, const TriangleSides& sides,
-                std::span<const std::int32_t> on_edge, std::vector<std::int32_t>& twin)
+// The vertices at each place where the mesh touches itself.
+std::vector<std::vector<std::int32_t>> touching_vertices(const SurfaceMesh& mesh)
 {
-    if (on_edge.size() == 2) {
-        if (sides.from(on_edge[0]) != sides.to(on_edge[1])) return false;
-        twin[on_edge[0]] = on_edge[1];
-        twin[on_edge[1]] = on_edge[0];
-        return true;
+    std::vector<std::vector<std::int32_t>> places;
+    for (std::size_t v = 0; v < mesh.touch_of_vertex.size(); ++v) {
+        const std::int32_t place = mesh.touch_of_vertex[v];
+        if (place < 0) continue;
+        if (static_cast<std::size_t>(place) >= places.size())
+            places.resize(static_cast<std::size_t>(place) + 1);
+        places[place].push_back(static_cast<std::int32_t>(v));
     }
-    if (on_edge.size() % 2 != 0) return false;
-    const std::int32_t a = std::min(sides.from(on_edge[0]), sides.to(on_edge[0]));
-    const std::int32_t b = std::max(sides.from(on_edge[0]), sides.to(on_edge[0]));
-    const Vec3 axis = normalized(mesh.vertices[b] - mesh.vertices[a]);
-    std::size_t least = 0;
-    for (std::size_t i = 1; i < 3; ++i)
-        if (std::fabs(axis[i]) < std::fabs(axis[least])) least = i;
-    Vec3 unit;
-    unit[least] = 1.0;
-    const Vec3 x = normalized(cross(axis, unit)), y = cross(axis, x);
-    struct Spoke {
-        double angle;
-        bool along;
-        std::int32_t side;
-    };
-    std::vector<Spoke> spokes;
-    int balance = 0;
-    for (const std::int32_t s : on_edge) {
-        const Vec3 e = mesh.vertices[sides.to(sides.next(s))] - mesh.vertices[a];
-        const bool along = sides.from(s) == a;
-        spokes.push_back({std::atan2(dot(e, y), dot(e, x)), along, s});
-        balance += along ? 1 : -1;
-    }
-    if (balance != 0) return false;
-    // Of two faces in one direction the one that ends matter comes first.
-    std::sort(spokes.begin(), spokes.end(), [](const Spoke& p, const Spoke& q) {
-        if (p.angle != q.angle) return p.angle < q.angle;
-        return p.along != q.along ? p.along : p.side < q.side;
-    });
-    const std::size_t n = spokes.size();
-    for (std::size_t i = 0; i < n; ++i) {
-        if (spokes[i].along) continue;
-        const Spoke& end = spokes[(i + 1) % n];
-        if (!end.along) return false;
-        twin[spokes[i].side] = end.side;
-        twin[end.side] = spokes[i].side;
-    }
-    return true;
+    return places;
 }
 
 }  // namespace
-
-bool separate_fans(SurfaceMesh& surface)
-{
-    IndexedMesh& mesh = surface.mesh;
-    const TriangleSides sides(mesh);
-    const EdgeTable edges =
-        make_edge_table(sides, mesh.n_vertices(), [](std::size_t) { return false; });
-    std::vector<std::int32_t> twin(sides.n_sides(), -1);
-    for (std::size_t e = 0; e < edges.n_edges(); ++e) {
-        const auto first = edges.sides.begin() + edges.starts[e];
-        const auto last = edges.sides.begin() + edges.starts[e + 1];
-        if (!pair_sides(mesh, sides, std::span(first, last), twin)) return false;
-    }
-    // Corners (numbered as the side that starts there) of one fan are joined across sides.
-    std::vector<std::int32_t> fan(sides.n_sides());
-    std::iota(fan.begin(), fan.end(), 0);
-    const auto find = [&](std::int32_t c) {
-        while (fan[c] != c) c = fan[c] = fan[fan[c]];
-        return c;
-    };
-    for (std::size_t s = 0; s < twin.size(); ++s) {
-        if (twin[s] < 0) return false;
-        const std::int32_t here = find(static_cast<std::int32_t>(s));
-        const std::int32_t there = find(sides.next(twin[s]));
-        fan[std::max(here, there)] = std::min(here, there);
-    }
-    std::vector<std::int32_t> owner(mesh.n_vertices(), -1), number(twin.size(), -1);
-    std::vector<Triangle> faces = mesh.faces;
-    for (std::size_t s = 0; s < twin.size(); ++s) {
-        const std::int32_t root = find(static_cast<std::int32_t>(s));
-        const std::int32_t v = sides.from(static_cast<std::int32_t>(s));
-        if (number[root] < 0) {
-            if (owner[v] < 0) {
-                owner[v] = root;
-                number[root] = v;
-            } else {
-                number[root] = static_cast<std::int32_t>(mesh.n_vertices());
-                const Vec3 p = mesh.vertices[v];
-                const auto on = surface.surfaces_of_vertex[v];
-                mesh.vertices.push_back(p);
-                surface.surfaces_of_vertex.push_back(on);
-                const double size = surface.cell_size[v];
-                surface.cell_size.push_back(size);
-            }
-        }
-        faces[s / 3][s % 3] = number[root];
-    }
-    mesh.faces.swap(faces);
-    return true;
-}
 
 std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
 {
@@ -129,6 +40,13 @@ std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
             for (const std::size_t j : {i, (i + 1) % 3})
                 reach[t[j]] = std::max(reach[t[j]], length);
         }
+    // What touches moves as one.
+    const std::vector<std::vector<std::int32_t>> touching = touching_vertices(surface);
+    for (const auto& place : touching) {
+        double most = 0.0;
+        for (const std::int32_t v : place) most = std::max(most, reach[v]);
+        for (const std::int32_t v : place) reach[v] = most;
+    }
     std::vector<char> stays(mesh.n_vertices(), 0);
     parallel_for(mesh.n_vertices(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
@@ -154,6 +72,16 @@ std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
             if (dot(before, after) > kCosine * norm(before) * norm(after)) continue;
             for (const std::int32_t v : t) {
                 if (mesh.vertices[v] == start[v]) continue;
+                mesh.vertices[v] = start[v];
+                stays[v] = 1;
+                any = true;
+            }
+        }
+        for (const auto& place : touching) {
+            const bool back = std::any_of(place.begin(), place.end(),
+                                          [&](std::int32_t v) { return stays[v] != 0; });
+            for (const std::int32_t v : place) {
+                if (!back || stays[v] != 0) continue;
                 mesh.vertices[v] = start[v];
                 stays[v] = 1;
                 any = true;
@@ -214,7 +142,23 @@ public:
         return n == 0 || (n == 2 && m_.is_crease(s));
     }
 
+    // Where the mesh touches itself all edges at one place go together, or none.
     bool try_collapse(std::int32_t s)
+    {
+        if (!m_.touches(m_.from(s))) {
+            if (!may_collapse(s)) return false;
+            m_.collapse(s);
+            return true;
+        }
+        const std::vector<std::int32_t> edges = m_.coincident(s);
+        if (!m_.can_collapse_together(edges)) return false;
+        for (const std::int32_t e : edges)
+            if (!may_collapse(e)) return false;
+        for (const std::int32_t e : edges) m_.collapse(e);
+        return true;
+    }
+
+    bool may_collapse(std::int32_t s) const
     {
         if (!kind_allows(s) || !m_.can_collapse(s)) return false;
         const std::int32_t a = m_.from(s), b = m_.to(s);
@@ -233,14 +177,13 @@ public:
             right_after = right_after && now.faces_right;
         });
         if (too_long || (right_before && !right_after)) return false;
-        if (after < std::min(before, kGoodShape)) return false;
-        m_.collapse(s);
-        return true;
+        return after >= std::min(before, kGoodShape);
     }
 
     // Removes the vertex into that neighbour which leaves the best shapes, none of them turned.
     bool try_drop(std::int32_t v)
     {
+        if (m_.touches(v)) return false;
         double best = 1e-4;  // thinner faces are worse than a vertex that is off
         std::int32_t chosen = -1;
         m_.visit_ring(v, [&](std::int32_t s) {
@@ -478,7 +421,11 @@ private:
     {
         const auto p = exact_middle(s);
         if (!p) return false;
-        for (const std::int32_t side : {s, m_.twin(s)}) {
+        // Where the mesh touches itself all edges at one place are halved together.
+        const std::vector<std::int32_t> edges = m_.coincident(s);
+        std::vector<std::int32_t> sides;
+        for (const std::int32_t e : edges) sides.insert(sides.end(), {e, m_.twin(e)});
+        for (const std::int32_t side : sides) {
             if (fits(side, *p)) continue;
             if (help == 0) return false;
             const std::int32_t u = FlexibleMesh::next(side), w = FlexibleMesh::previous(side);
@@ -487,11 +434,15 @@ private:
             if (length(longer) < 0.5 * length(s) || !halve(longer, help - 1)) return false;
             return m_.from(s) == a && m_.to(s) == b && halve(s, help - 1);
         }
-        insert(s, *p);
+        std::vector<std::array<std::int32_t, 2>> ends;
+        for (const std::int32_t e : edges) ends.push_back({m_.from(e), m_.to(e)});
+        std::vector<std::int32_t> middles;
+        for (const auto& [from, to] : ends) middles.push_back(insert(m_.side(from, to), *p));
+        m_.note_touch(middles);
         return true;
     }
 
-    void insert(std::int32_t s, const Vec3& p)
+    std::int32_t insert(std::int32_t s, const Vec3& p)
     {
         const std::int32_t t = m_.twin(s), a = m_.from(s), b = m_.to(s);
         const bool crease = m_.is_crease(s);
@@ -505,6 +456,7 @@ private:
             push(x);
             push(m_.next(x));
         });
+        return m;
     }
 
     bool fits(std::int32_t s, const Vec3& p) const
@@ -541,8 +493,8 @@ void join_coincident(FlexibleMesh& mesh, const Shaper& shaper)
 {
     constexpr double kSame = 1e-9;  // of the cell size
     for (std::int32_t s = 0; s < mesh.n_sides(); ++s)
-        if (mesh.alive(s) && shaper.length(s) <= kSame * mesh.cell_size(mesh.from(s)) &&
-            mesh.can_collapse(s))
+        if (mesh.alive(s) && !mesh.touches(mesh.from(s)) &&
+            shaper.length(s) <= kSame * mesh.cell_size(mesh.from(s)) && mesh.can_collapse(s))
             mesh.collapse(s);
 }
 

@@ -1,4 +1,5 @@
 #include "genus/model/certificate.h"
+#include "genus/model/fans.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 #include "genus/model/certificate.h"
 #include "genus/model/coarse_shell.h"
 #include "genus/model/embedding.h"
+#include "genus/model/fans.h"
 #include "genus/model/fibres.h"
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
