@@ -18,7 +18,9 @@ TEST(QuadricTrees, BoundsHoldOverBothRoads)
         const quadric_trees::Outcome outcome = quadric_trees::try_tree(seed, request);
         EXPECT_EQ(outcome.wrong, "");
         EXPECT_EQ(outcome.refused, "");
-        if (outcome.euler_on_grid) EXPECT_EQ(*outcome.euler_on_grid, outcome.euler);
+        if (outcome.euler_on_grid) {
+            EXPECT_EQ(*outcome.euler_on_grid, outcome.euler);
+        }
     }
 }
 
