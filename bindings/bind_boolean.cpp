@@ -11,6 +11,7 @@
 #include "genus/boolean/mesh_boolean.h"
 #include "genus/boolean/operand_cache.h"
 #include "genus/boolean/split.h"
+#include "genus/mesh/hull.h"
 #include "genus/model/construct.h"
 #include "long_call.h"
 
@@ -201,10 +202,42 @@ Mesh boolean(const py::object& formula, const py::object& meshes, bool merge_cop
 
 // ---- Hull, sum, split
 
-Solid hull_of(const py::args& args, std::optional<double> tolerance)
+Mesh hull_of_points(std::span<const Vec3> points)
 {
-    const std::vector<Solid> solids = to_solids(operands_of(args));
-    return long_call([&] { return hull(solids, tolerance); });
+    return Mesh(long_call([&] { return to_triangles(convex_hull(points)); }));
+}
+
+Mesh hull_of_meshes(const std::vector<Mesh>& meshes)
+{
+    std::vector<Vec3> points;
+    for (const Mesh& mesh : meshes) {
+        const std::vector<Vec3>& more = mesh.triangles->vertices;
+        points.insert(points.end(), more.begin(), more.end());
+    }
+    return hull_of_points(points);
+}
+
+// Whether the only argument is no operand and no list of operands.
+bool is_array_of_points(const py::args& args)
+{
+    if (args.size() != 1) return false;
+    if (py::isinstance<py::array>(args[0])) return true;
+    if (!py::isinstance<py::list>(args[0]) && !py::isinstance<py::tuple>(args[0])) return false;
+    const auto rows = py::reinterpret_borrow<py::sequence>(args[0]);
+    return rows.size() > 0 && py::isinstance<py::sequence>(rows[0]);
+}
+
+py::object hull_of(const py::args& args, std::optional<double> tolerance)
+{
+    if (is_array_of_points(args)) {
+        const PointArray points = to_point_array(args[0], "points");
+        return py::cast(hull_of_points(rows(points)));
+    }
+    const std::vector<py::object> items = operands_of(args);
+    if (!items.empty() && py::isinstance<Mesh>(items[0]))
+        return py::cast(hull_of_meshes(all_of<Mesh>(items, "genus.Mesh")));
+    const std::vector<Solid> solids = to_solids(items);
+    return py::cast(long_call([&] { return hull(solids, tolerance); }));
 }
 
 Solid sum_of(const Solid& a, const Solid& b, std::optional<double> tolerance)
@@ -261,14 +294,18 @@ mesh, made at once.
 
 >>> genus.difference(genus.cube(2), genus.cube(1)).contains([[0.5, 0.5, 0.5]]).tolist()
 [False])");
-    m.def("hull", &hull_of, py::kw_only(), py::arg("tolerance") = py::none(),
-          R"(Convex hull of solids, given one by one or as one list.
+    m.def(
+        "hull", &hull_of, py::kw_only(), py::arg("tolerance") = py::none(),
+        R"(Convex hull of solids, given one by one or as one list. Of meshes, or of an array (n, 3)
+of points, it is a mesh.
 
 tolerance : of curved parts, model units; a quarter of a thousandth of the diagonal if left out
 
 >>> tip = genus.cube(1).translate([0, 0, 1])
 >>> genus.hull(genus.cube(1), tip).mesh().volume
-2.0)");
+2.0
+>>> len(genus.hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]]))
+4)");
     m.def("minkowski", &sum_of, py::arg("a"), py::arg("b"), py::kw_only(),
           py::arg("tolerance") = py::none(),
           R"(All sums of a point of one solid and a point of the other.

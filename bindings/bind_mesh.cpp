@@ -22,6 +22,20 @@ Mesh make_mesh(const ArrayLike& vertices, const ArrayLike& faces)
     return Mesh(std::move(mesh));
 }
 
+void bind_copies(py::class_<Mesh>& cls)
+{
+    const auto same = [](const py::object& self, const py::args&) { return self; };
+    cls.def("__copy__", same, "Itself: a mesh never changes.")
+        .def("__deepcopy__", same, "Itself: a mesh never changes.")
+        .def(
+            "__reduce__",
+            [](const py::object& self) {
+                return py::make_tuple(py::type::of(self),
+                                      py::make_tuple(self.attr("vertices"), self.attr("faces")));
+            },
+            "For pickle: vertices and faces, not the record of the call that made it.");
+}
+
 py::object explanation(const Mesh& mesh)
 {
     return mesh.made ? py::cast(mesh.made->explanation) : py::none();
@@ -265,6 +279,7 @@ py::class_<Mesh> bind_mesh(py::module_& m)
             return "<genus.Mesh: " + std::to_string(mesh.triangles->n_vertices()) + " vertices, " +
                    std::to_string(mesh.triangles->n_faces()) + " triangles>";
         });
+    bind_copies(cls);
     return cls;
 }
 

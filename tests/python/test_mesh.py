@@ -1,6 +1,8 @@
 """Meshes from Python: views, checks of arguments, what is known of a mesh."""
 
+import copy
 import gc
+import pickle
 
 import genus
 import numpy as np
@@ -133,3 +135,30 @@ def test_operators_on_meshes_are_exact():
     assert len(a - a) == 0
     with pytest.raises(genus.InvalidInput):
         a + genus.Mesh(CORNERS[:3], [[0, 1, 2]])
+
+
+def test_meshes_are_copied_and_pickled():
+    ball = genus.sphere(1).mesh(0.1)
+    assert copy.copy(ball) is ball
+    assert copy.deepcopy([ball])[0] is ball
+    again = pickle.loads(pickle.dumps(ball))
+    np.testing.assert_array_equal(again.vertices, ball.vertices)
+    np.testing.assert_array_equal(again.faces, ball.faces)
+    assert again.error is None
+
+
+def test_hulls_of_meshes_and_points():
+    box = genus.cube([1, 2, 3]).mesh()
+    inner = genus.cube(0.5).translate([0.1, 0.1, 0.1]).mesh()
+    assert genus.hull(box, inner).volume == 6
+    assert genus.hull([box, inner]).volume == 6
+    for points in (box.vertices, box.vertices.tolist(), np.asfortranarray(box.vertices)):
+        whole = genus.hull(points)
+        assert isinstance(whole, genus.Mesh)
+        assert (whole.volume, whole.is_closed, len(whole)) == (6, True, 12)
+    assert len(genus.hull(box.vertices[:3])) == 0
+    for bad in (np.zeros((4, 2)), np.full((4, 3), np.nan)):
+        with pytest.raises(ValueError, match=r"points|finite"):
+            genus.hull(bad)
+    with pytest.raises(TypeError, match="one kind"):
+        genus.hull(box, genus.cube(1))
