@@ -34,9 +34,10 @@ std::string class_of(const std::string& text)
 
 struct Totals {
     std::uint32_t wrong = 0, refused = 0, empty = 0, on_surfaces = 0, on_both = 0;
-    std::uint32_t grids = 0, no_grid = 0, other_form = 0;
+    std::uint32_t touching = 0, grids = 0, apart = 0, other_form = 0, other_form_touching = 0;
     std::vector<double> ratios;
     std::map<std::string, int> reasons;
+    std::map<std::string, double> seconds;
 
     void add(std::uint32_t seed, const genus::quadric_trees::Outcome& outcome)
     {
@@ -56,14 +57,25 @@ struct Totals {
             on_both += outcome.off.edge <= 1e-12;
             if (outcome.measured > 0.0) ratios.push_back(outcome.bound / outcome.measured);
         }
-        no_grid += !outcome.no_grid.empty();
-        if (!outcome.euler_on_grid) return;
+        for (const auto& [stage, time] : outcome.seconds) seconds[stage] += time;
+        touching += outcome.touches;
+        if (outcome.grid) compare(seed, outcome, *outcome.grid);
+    }
+
+    void compare(std::uint32_t seed, const genus::quadric_trees::Outcome& outcome,
+                 const genus::quadric_trees::OverGrid& grid)
+    {
         ++grids;
-        if (*outcome.euler_on_grid == outcome.euler) return;
-        ++other_form;
-        std::printf("seed %u: V - E + F is %lld from cells, %lld over a grid\n", seed,
-                    static_cast<long long>(outcome.euler),
-                    static_cast<long long>(*outcome.euler_on_grid));
+        if (grid.apart > outcome.bound + grid.bound) {
+            ++apart;
+            std::printf("seed %u: the roads are %g apart, their bounds %g and, sampled, %g\n", seed,
+                        grid.apart, outcome.bound, grid.bound);
+        }
+        if (grid.euler == outcome.euler) return;
+        ++(outcome.touches ? other_form_touching : other_form);
+        std::printf("seed %u: V - E + F is %lld from cells, %lld over a grid%s\n", seed,
+                    static_cast<long long>(outcome.euler), static_cast<long long>(grid.euler),
+                    outcome.touches ? "; it touches itself" : "");
     }
 
     void print(std::uint32_t rounds)
@@ -78,8 +90,14 @@ struct Totals {
                     quantile(0.0), quantile(0.5), quantile(0.9));
         std::printf("all vertices on a surface to 1e-12: %u; those at sharp edges on two: %u\n",
                     on_surfaces, on_both);
-        std::printf("over grids too: %u, of another form %u, no grid in reach %u\n", grids,
-                    other_form, no_grid);
+        std::printf("touch themselves: %u\n", touching);
+        std::printf(
+            "over grids too: %u, farther apart than both bounds %u, of another form %u and "
+            "%u that touch themselves\n",
+            grids, apart, other_form, other_form_touching);
+        std::printf("seconds:");
+        for (const auto& [stage, time] : seconds) std::printf(" %s %.1f", stage.c_str(), time);
+        std::printf("\n");
         for (const auto& [kind, count] : reasons) std::printf("%8d  %s\n", count, kind.c_str());
     }
 };

@@ -4,6 +4,7 @@
 // within what is proven, that within what was asked for, every vertex on the exact surfaces.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "core/model/random_quadrics.h"
 #include "genus/base/error.h"
+#include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/distance.h"
 #include "genus/mesh/topology.h"
 #include "genus/mesh/validate.h"
@@ -63,41 +65,64 @@ inline OffSurface off_surface(const IndexedMesh& mesh, const CsgField& field)
     return off;
 }
 
+/// What the road over a grid says. It proves nothing, but every vertex of plain marching cubes lies
+/// on the exact surface, which no step of the other road has a part in.
+struct OverGrid {
+    std::int64_t euler = 0;
+    double farthest_vertex = 0.0;  // from the mesh of cells
+    double apart = 0.0;            // the two meshes, by sampling both ways
+    double bound = 0.0;            // what the grid road thinks of its own
+};
+
 struct Outcome {
     std::string wrong;    // what was promised and does not hold
     std::string refused;  // in the words of the error
     bool empty = false;
     double tolerance = 0.0, bound = 0.0, measured = 0.0;
     std::int64_t faces = 0, euler = 0;
+    bool touches = false;
     OffSurface off;  // beside the size of the mesh
-    /// V - E + F over a grid, where that road was gone as well, and the distance between the two.
-    std::optional<std::int64_t> euler_on_grid;
-    std::string no_grid;
-    double roads_apart = 0.0, roads_allowed = 0.0;
+    std::vector<std::pair<std::string, double>> seconds;
+    /// The other road, where it was gone as well.
+    std::optional<OverGrid> grid;
 };
 
-/// The other road as the witness of the first.
-inline void go_by_grid(const Solid& tree, MeshMethod method, const MeshedSolid& made,
-                       Outcome& outcome)
+/// Nothing if no grid in reach meets the tolerance.
+inline std::optional<OverGrid> go_by_grid(const Solid& tree, MeshMethod method, double tolerance,
+                                          const IndexedMesh& mesh)
 {
     MeshOptions options;
-    options.tolerance = outcome.tolerance;
+    options.tolerance = tolerance;
     options.method = method;
+    options.max_triangles = 1'000'000;
     MeshedSolid other;
     try {
         other = mesh_solid(tree, options);
-    } catch (const ToleranceNotMet& error) {
-        outcome.no_grid = error.what();
-        return;
+    } catch (const ToleranceNotMet&) {
+        return std::nullopt;
     }
-    outcome.euler_on_grid = topology(other.mesh).euler;
-    outcome.roads_allowed = made.error.bound + other.error.bound;
-    if (other.mesh.faces.empty()) return;
+    OverGrid result;
+    result.euler = topology(other.mesh).euler;
+    result.bound = other.error.bound;
+    if (other.mesh.faces.empty()) return result;
     DistanceOptions fast;
     fast.precision = 0.0;
     fast.mean = false;
-    outcome.roads_apart = mesh_distance(made.mesh, other.mesh, fast).max;
-    if (outcome.roads_apart > outcome.roads_allowed) outcome.wrong = "the roads disagree";
+    result.apart = mesh_distance(mesh, other.mesh, fast).max;
+    const MeshTree faces(mesh);
+    for (const Vec3& v : other.mesh.vertices)
+        result.farthest_vertex = std::max(result.farthest_vertex, faces.nearest(v).distance);
+    return result;
+}
+
+/// Where edges or corners of a mesh touch, its form hangs on a hair.
+inline bool touches_itself(const IndexedMesh& mesh)
+{
+    std::vector<Vec3> points = mesh.vertices;
+    std::sort(points.begin(), points.end(), [](const Vec3& a, const Vec3& b) {
+        return std::array{a[0], a[1], a[2]} < std::array{b[0], b[1], b[2]};
+    });
+    return std::adjacent_find(points.begin(), points.end()) != points.end();
 }
 
 struct Request {
@@ -126,6 +151,7 @@ inline Outcome try_tree(std::uint32_t seed, const Request& request)
     if (outcome.empty) return outcome;
     outcome.bound = made.error.bound;
     outcome.measured = made.error.measured;
+    outcome.seconds = made.seconds;
     const Validation validation = validate(made.mesh);
     outcome.euler = validation.topology.euler;
     if (!validation.ok()) outcome.wrong = validation.findings[0].text;
@@ -136,7 +162,13 @@ inline Outcome try_tree(std::uint32_t seed, const Request& request)
     outcome.off = off_surface(made.mesh, CsgField(tree));
     outcome.off.one /= size;
     outcome.off.edge /= size;
-    if (request.grid) go_by_grid(tree, *request.grid, made, outcome);
+    outcome.touches = touches_itself(made.mesh);
+    if (request.grid) {
+        outcome.grid = go_by_grid(tree, *request.grid, outcome.tolerance, made.mesh);
+        if (outcome.grid && *request.grid == MeshMethod::Mc &&
+            outcome.grid->farthest_vertex > outcome.bound)
+            outcome.wrong = "a point of the surface is farther from the mesh than the bound";
+    }
     return outcome;
 }
 

@@ -35,6 +35,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxAttempts = 12;
 constexpr double kSmallerCells = 0.3;
+constexpr int kInsistingAttempts = 3;
+constexpr double kSteep = 0.05;  // gradient, beside that of the leaf
 constexpr double kFiner = 0.4;
 // Where a place stays doubtful at ever finer cells, this many faces in all are tried.
 constexpr std::size_t kFacesAttempt = 20'000, kGrowthOfFaces = 10;
@@ -149,6 +151,7 @@ private:
             work += mesh.mesh.n_faces();
             if (work > budget) return false;
             trouble_ = {{cube_, 0.0}};
+            insists_ = attempt < kInsistingAttempts;
             if (closed && succeeds(mesh)) {
                 finish(std::move(mesh));
                 return true;
@@ -167,6 +170,7 @@ private:
     bool reach_tolerance(SurfaceMesh& surface)
     {
         settle_all(surface, forms_, kOnSurface * cube_.diagonal());
+        if (insists_ && asks_for_room(surface)) return false;
         std::vector<double> factors;
         double failed_before = kInfinity;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
@@ -197,6 +201,31 @@ private:
                 if (again[v] != 0) factors[v] *= kTighter;
         }
         return false;
+    }
+
+    // True, and trouble noted, if vertices could not move onto their surfaces for want of room.
+    bool asks_for_room(const SurfaceMesh& surface)
+    {
+        std::vector<char> is_off(surface.mesh.n_vertices(), 0);
+        for (std::size_t v = 0; v < is_off.size(); ++v)
+            for (const std::int32_t s : surface.surfaces_of_vertex[v]) {
+                if (s < 0) continue;
+                const Vec3& p = surface.mesh.vertices[v];
+                const double value = std::fabs(forms_[s].value(p));
+                const double slope = norm(forms_[s].gradient(p));
+                // Next to an apex there is no room at any size.
+                if (slope > kSteep && value > kOnSurface * cube_.diagonal() * slope) is_off[v] = 1;
+            }
+        Certificate c;
+        for (std::size_t f = 0; f < surface.mesh.n_faces(); ++f)
+            for (const std::int32_t v : surface.mesh.faces[f])
+                if (is_off[v] != 0) {
+                    c.failed_faces.push_back(static_cast<std::int32_t>(f));
+                    break;
+                }
+        if (c.failed_faces.empty()) return false;
+        note_trouble(surface, c);
+        return true;
     }
 
     // The short way to a tolerance far below the size of the features: a certificate for a mesh
@@ -360,6 +389,7 @@ private:
     bool has_function_ = has_function(field_);
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
+    bool insists_ = false;                          // on all vertices being on their surfaces
     bool hopeless_ = false;                         // finer cells will not help this way
     SurfaceMesh last_;                              // the last one without a certificate
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
