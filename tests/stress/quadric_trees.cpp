@@ -34,7 +34,8 @@ std::string class_of(const std::string& text)
 
 struct Totals {
     std::uint32_t wrong = 0, refused = 0, empty = 0, on_surfaces = 0, on_both = 0;
-    std::uint32_t touching = 0, grids = 0, apart = 0, other_form = 0, other_form_touching = 0;
+    std::uint32_t touching = 0, grids = 0, apart = 0, other_form = 0, other_form_touching = 0,
+                  other_form_of_grid = 0;
     std::vector<double> ratios;
     std::map<std::string, int> reasons;
     std::map<std::string, double> seconds;
@@ -72,10 +73,14 @@ struct Totals {
                         grid.apart, outcome.bound, grid.bound);
         }
         if (grid.euler == outcome.euler) return;
-        ++(outcome.touches ? other_form_touching : other_form);
+        const bool stays = grid.euler_finer && *grid.euler_finer == outcome.euler;
+        ++(outcome.touches ? other_form_touching : stays ? other_form_of_grid : other_form);
         std::printf("seed %u: V - E + F is %lld from cells, %lld over a grid%s\n", seed,
                     static_cast<long long>(outcome.euler), static_cast<long long>(grid.euler),
                     outcome.touches ? "; it touches itself" : "");
+        if (grid.euler_finer)
+            std::printf("    and %lld from cells at an eighth of the tolerance\n",
+                        static_cast<long long>(*grid.euler_finer));
     }
 
     void print(std::uint32_t rounds)
@@ -91,10 +96,11 @@ struct Totals {
         std::printf("all vertices on a surface to 1e-12: %u; those at sharp edges on two: %u\n",
                     on_surfaces, on_both);
         std::printf("touch themselves: %u\n", touching);
+        std::printf("over grids too: %u, farther apart than both bounds %u\n", grids, apart);
         std::printf(
-            "over grids too: %u, farther apart than both bounds %u, of another form %u and "
-            "%u that touch themselves\n",
-            grids, apart, other_form, other_form_touching);
+            "of another form there: %u that touch themselves, %u whose form from cells "
+            "stays at an eighth of the tolerance, %u others\n",
+            other_form_touching, other_form_of_grid, other_form);
         std::printf("seconds:");
         for (const auto& [stage, time] : seconds) std::printf(" %s %.1f", stage.c_str(), time);
         std::printf("\n");

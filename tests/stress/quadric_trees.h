@@ -69,6 +69,8 @@ inline OffSurface off_surface(const IndexedMesh& mesh, const CsgField& field)
 /// on the exact surface, which no step of the other road has a part in.
 struct OverGrid {
     std::int64_t euler = 0;
+    /// Where it differs from that of the cells: that of cells at an eighth of the tolerance.
+    std::optional<std::int64_t> euler_finer;
     double farthest_vertex = 0.0;  // from the mesh of cells
     double apart = 0.0;            // the two meshes, by sampling both ways
     double bound = 0.0;            // what the grid road thinks of its own
@@ -168,6 +170,11 @@ inline Outcome try_tree(std::uint32_t seed, const Request& request)
         if (outcome.grid && *request.grid == MeshMethod::Mc &&
             outcome.grid->farthest_vertex > outcome.bound)
             outcome.wrong = "a point of the surface is farther from the mesh than the bound";
+        if (outcome.grid && outcome.grid->euler != outcome.euler && !outcome.touches) {
+            *options.tolerance /= 8.0;
+            options.measure = false;
+            outcome.grid->euler_finer = topology(mesh_solid(tree, options).mesh).euler;
+        }
     }
     return outcome;
 }

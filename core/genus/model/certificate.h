@@ -56,10 +56,14 @@ struct Sandwich {
 /// (interval gradients over the hull of B and c +- Hd), s = c - Hd and s' = c + Hd serve the whole
 /// box; a box not larger than the tolerance is done if it is near the mesh; others are divided.
 ///
+/// *Where the solid touches itself along an edge*, faces of one wedge of matter cannot move out of
+/// it at the edge: behind it lies the other wedge. So M+ has the same faces with other neighbours
+/// there, those round one wedge of empty space together, and M- has them as the mesh does. Both are
+/// closed; all of the above stands as it is.
+///
 /// *Where no direction will do*, as at a point where surfaces touch, a face may stay without signs
-/// if it is so small that one of its corners, which also belongs to a face with signs, is within
-/// the tolerance of all of it; ways then keep clear of it, so that the search there ends in boxes
-/// near the mesh.
+/// if it is so small, and so near a face with signs, that all of it is within the tolerance by way
+/// of that; ways then keep clear of it, so that the search there ends in boxes near the mesh.
 ///
 /// Nothing is presumed of the mesh but that it is closed and oriented; that it does not cross
 /// itself is for others to check. The cost of the second part depends on the solid, hardly on the

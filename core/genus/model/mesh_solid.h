@@ -57,7 +57,8 @@ struct MeshedSolid {
 
 /// The road from tree to closed mesh: plan, leaf meshes or field, boolean or extended marching
 /// cubes, certificate, gate. The mesh is closed, oriented, manifold and free of
-/// self-intersections, or the call throws.
+/// self-intersections, or the call throws. Where the solid touches itself along an edge, each wedge
+/// of matter has the edge for itself, with vertices at the same coordinates.
 ///
 /// Throws UnboundedSolid naming the leaf, ToleranceNotMet with the places, InvalidInput for a
 /// tolerance that is not positive, a region that is no box or a polyhedron that is no closed
