@@ -82,7 +82,8 @@ struct Part {
     std::vector<std::int32_t> surface_of_face;
 };
 
-// Cuts a loop in the plane with this normal into triangles, the best-shaped ear first.
+// Cuts a loop in the plane with this normal into triangles, the best-shaped ear first. It may pass
+// through a point twice, where pieces touch that hang together elsewhere.
 std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& normal)
 {
     std::vector<std::int32_t> ring(points.size());
@@ -97,6 +98,7 @@ std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& norm
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const std::int32_t a = ring[(i + ring.size() - 1) % ring.size()], b = ring[i],
                                c = ring[(i + 1) % ring.size()];
+            if (points[a] == points[c]) continue;
             const double size = area(a, b, c);
             const double longest = std::max({dot(points[b] - points[a], points[b] - points[a]),
                                              dot(points[c] - points[b], points[c] - points[b]),
@@ -105,10 +107,12 @@ std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& norm
             // Vertices in the middle of straight sides are on the border but for rounding.
             const double least = -kOnLine * std::fabs(size);
             if (ring.size() > 4 || size <= 0.0)
-                for (const std::int32_t d : ring)
-                    if (d != a && d != b && d != c && area(a, b, d) >= least &&
-                        area(b, c, d) >= least && area(c, a, d) >= least)
+                for (const std::int32_t d : ring) {
+                    const Vec3& p = points[d];
+                    if (p != points[a] && p != points[b] && p != points[c] &&
+                        area(a, b, d) >= least && area(b, c, d) >= least && area(c, a, d) >= least)
                         shape = std::min(shape, 0.0) - 1.0;
+                }
             // For four corners both halves count.
             if (ring.size() == 4) {
                 const std::int32_t d = ring[(i + 2) % 4];

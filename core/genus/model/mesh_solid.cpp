@@ -148,10 +148,10 @@ private:
             const bool closed = separate_fans(mesh);
             clock_.end("mesh");
             budget += kFacesAttempt + (attempt == 0 ? kGrowthOfFaces * mesh.mesh.n_faces() : 0);
-            work += mesh.mesh.n_faces();
+            insists_ = attempt < kInsistingAttempts;
+            if (!insists_) work += mesh.mesh.n_faces();
             if (work > budget) return false;
             trouble_ = {{cube_, 0.0}};
-            insists_ = attempt < kInsistingAttempts;
             if (closed && succeeds(mesh)) {
                 finish(std::move(mesh));
                 return true;
