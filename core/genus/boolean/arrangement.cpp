@@ -2,8 +2,6 @@
 
 #include <atomic>
 
-#include "genus/base/parallel.h"
-#include "genus/boolean/charts.h"
 #include "genus/boolean/cut_faces.h"
 #include "genus/boolean/incidence.h"
 
@@ -11,16 +9,12 @@ namespace genus::exact {
 
 Candidates find_candidates(const Soup& soup, std::size_t most)
 {
-    const std::size_t n = soup.faces.size();
-    std::vector<FloatBox> boxes(n);
-    parallel_for(n, 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f) {
-            const auto& t = soup.faces[f];
-            boxes[f] = box_of(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]);
-        }
-    });
     Candidates candidates;
-    candidates.tree = BoxTree(std::move(boxes), find_owners(soup));
+    candidates.tree = PlateTree(soup);
+    const Plates& plates = candidates.tree.plates();
+    const auto corners = [&](std::int32_t f) {
+        return plates.corners(soup, plates.outline(soup, f));
+    };
     std::vector<std::vector<BoxTree::Pair>> found;
     std::atomic<std::size_t> count{0};
     candidates.tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },
@@ -28,8 +22,7 @@ Candidates find_candidates(const Soup& soup, std::size_t most)
                                     if (count.load(std::memory_order_relaxed) > most) return;
                                     // Corners that are one in their operand may be common. Those
                                     // of two operands at one place are contacts.
-                                    if (certainly_apart(corners_of(soup, f), corners_of(soup, g)))
-                                        return;
+                                    if (certainly_apart(corners(f), corners(g))) return;
                                     found[part].push_back({f, g});
                                     if (soup.operand[f] != soup.operand[g])
                                         count.fetch_add(1, std::memory_order_relaxed);

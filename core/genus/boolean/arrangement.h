@@ -4,15 +4,16 @@
 #include <deque>
 #include <vector>
 
-#include "genus/boolean/box_tree.h"
 #include "genus/boolean/exact_point.h"
+#include "genus/boolean/plates.h"
 #include "genus/boolean/soup.h"
 
 namespace genus::exact {
 
-/// Pairs of faces of a soup that may meet, found by their boxes and planes.
+/// Pairs of plates of a soup that may meet, found by their boxes and planes. One face stands for
+/// each.
 struct Candidates {
-    BoxTree tree;  // over all faces of the soup
+    PlateTree tree;
     std::vector<BoxTree::Pair> pairs;
     bool complete = true;  // false: more than `most` are of two operands, and none is listed
 };
@@ -34,7 +35,6 @@ struct Arrangement {
         std::int32_t plane;  // a face of the soup in the same plane
         std::int32_t covers_begin;
         std::int32_t covers_end;
-        bool cut;  // not a whole face by itself
     };
 
     std::vector<PointRef> points;  // those of the soup, then those of intersections
@@ -46,7 +46,7 @@ struct Arrangement {
     std::vector<std::int32_t> first_cell;  // each face: a cell over it; -1 if passive
     std::vector<std::int32_t> group_end;   // each cell: end of the cells of its plane's group
 
-    BoxTree tree;  // over all faces of the soup
+    PlateTree tree;
     /// Faces that are neither passive nor covered by cells, see buried.h; empty for none.
     std::vector<char> buried;
 

@@ -37,10 +37,15 @@ public:
         list_near();
         bury_inside();
         bury_outside();
+        keep_plates_whole();
+        std::size_t n_pairs = 0;
         std::size_t n_saved = 0;
-        for (const auto& [f, g] : candidates_.pairs)
-            n_saved += soup_.operand[f] != soup_.operand[g] && (buried_[f] || buried_[g]);
-        if (2 * n_saved < near_.size() / 2 || n_saved == 0) return {};
+        for (const auto& [f, g] : candidates_.pairs) {
+            if (soup_.operand[f] == soup_.operand[g]) continue;
+            ++n_pairs;
+            n_saved += buried_[f] || buried_[g];
+        }
+        if (2 * n_saved < n_pairs || n_saved == 0) return {};
         return std::move(buried_);
     }
 
@@ -49,11 +54,16 @@ private:
     void list_near()
     {
         near_start_.assign(boxes_.size() + 1, 0);
+        const Plates& plates = candidates_.tree.plates();
         const auto for_each = [&](const auto& use) {
+            const auto use_plate = [&](Index operand, Index f) {
+                use(operand, f);
+                if (const Index g = plates.other(soup_, f); g >= 0) use(operand, g);
+            };
             for (const auto& [f, g] : candidates_.pairs) {
                 if (soup_.operand[f] == soup_.operand[g]) continue;
-                use(soup_.operand[f], g);
-                use(soup_.operand[g], f);
+                use_plate(soup_.operand[f], g);
+                use_plate(soup_.operand[g], f);
             }
         };
         for_each([&](Index operand, Index) { ++near_start_[operand + 1]; });
@@ -113,7 +123,7 @@ private:
     {
         current_progress().check();
         std::vector<Index> faces;
-        candidates_.tree.query(boxes_[b], [&](Index f) {
+        candidates_.tree.query(soup_, boxes_[b], [&](Index f) {
             if (soup_.operand[f] == b) return;
             place[f] = static_cast<Index>(faces.size());
             faces.push_back(f);
@@ -144,12 +154,20 @@ private:
         for (const Index f : faces) place[f] = -1;
     }
 
+    void keep_plates_whole()
+    {
+        for (std::size_t f = 0; f < buried_.size(); ++f) {
+            const Index g = candidates_.tree.plates().other(soup_, static_cast<Index>(f));
+            if (g >= 0 && !buried_[g]) buried_[f] = 0;
+        }
+    }
+
     // Does operand b, whose faces f does not meet, wind round it?
     bool holds(Index b, Index f) const
     {
         const Ray ray = ray_from(soup_, f);
         Index winding = 0;
-        candidates_.tree.query(box_of_ray(ray), [&](Index g) {
+        candidates_.tree.query(soup_, box_of_ray(ray), [&](Index g) {
             if (soup_.operand[g] != b) return;
             const Triangle& t = soup_.faces[g];
             winding += hit(ray, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);

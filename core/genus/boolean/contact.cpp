@@ -11,12 +11,7 @@ namespace {
 
 constexpr int kOutside = -1;
 
-int next(int i)
-{
-    return i == 2 ? 0 : i + 1;
-}
-
-// A triangle with the axis along which its own plane is looked at.
+// A piece with the axis along which its own plane is looked at.
 struct Flat {
     const Corners& t;
     int axis;
@@ -29,30 +24,32 @@ struct Flat {
     }
     int side_of_edge(int edge, const Vec3& p) const
     {
-        return sign * turn(axis, *t.at[edge], *t.at[next(edge)], p);
+        return sign * turn(axis, *t.at[edge], *t.at[t.next(edge)], p);
     }
 };
 
-int place_of(const std::array<int, 3>& sides)
+using Sides = std::array<int, 4>;  // by corner, or by edge
+
+// Where something lies that is on these sides of the edges of f.
+int place_of(const Corners& f, const Sides& sides)
 {
     int zeros = 0;
-    int sum = 0;
-    for (int i = 0; i < 3; ++i) {
+    int edge = 0;
+    for (int i = 0; i < f.n; ++i) {
         if (sides[i] < 0) return kOutside;
-        if (sides[i] == 0) {
-            ++zeros;
-            sum += i;
-        }
+        if (sides[i] != 0) continue;
+        // Two edges meet in the corner where the second starts, which is the first corner only if
+        // these are the last edge and the first.
+        edge = zeros == 1 && edge == 0 && i == f.n - 1 ? 0 : i;
+        ++zeros;
     }
     if (zeros == 0) return Contact::kInside;
-    if (zeros == 1) return 3 + sum;
-    // Edges i and i + 1 meet in corner i + 1; sums 1, 3, 2 stand for corners 1, 2, 0.
-    return sum == 1 ? 1 : (sum == 3 ? 2 : 0);
+    return zeros == 1 ? Contact::kEdge + edge : edge;
 }
 
 int corner_with(const Corners& t, std::int32_t id)
 {
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < t.n; ++i)
         if (t.id[i] == id) return i;
     return kOutside;
 }
@@ -62,25 +59,26 @@ int locate(const Flat& f, std::int32_t id, const Vec3& p)
 {
     const int corner = corner_with(f.t, id);
     if (corner != kOutside) return corner;
-    std::array<int, 3> sides;
-    for (int i = 0; i < 3; ++i) sides[i] = f.side_of_edge(i, p);
-    return place_of(sides);
+    Sides sides{};
+    for (int i = 0; i < f.t.n; ++i) sides[i] = f.side_of_edge(i, p);
+    return place_of(f.t, sides);
 }
 
 // Where the line from p to q, which crosses f's plane, passes it.
 int pierce(const Corners& f, const Vec3& p, const Vec3& q, int side_of_q)
 {
-    std::array<int, 3> sides;
-    for (int i = 0; i < 3; ++i)
-        sides[i] = side_of_q * side_of_plane(p, q, *f.at[i], *f.at[next(i)]);
-    return place_of(sides);
+    Sides sides{};
+    for (int i = 0; i < f.n; ++i)
+        sides[i] = side_of_q * side_of_plane(p, q, *f.at[i], *f.at[f.next(i)]);
+    return place_of(f, sides);
 }
 
-std::array<int, 3> sides_of(const Corners& f, const Corners& g)
+// The sides of the plane of f on which the corners of g lie.
+Sides sides_of(const Corners& f, const Corners& g)
 {
     const SideOfPlane side(*f.at[0], *f.at[1], *f.at[2]);
-    std::array<int, 3> sides;
-    for (int i = 0; i < 3; ++i)
+    Sides sides{};
+    for (int i = 0; i < g.n; ++i)
         sides[i] = corner_with(f, g.id[i]) != kOutside ? 0 : side.of(*g.at[i]);
     return sides;
 }
@@ -90,7 +88,7 @@ bool leaves_on_one_side(const Corners& f, const Corners& g)
 {
     const SideOfPlane side_of_f(*f.at[0], *f.at[1], *f.at[2]);
     int side = 0;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < g.n; ++i) {
         if (corner_with(f, g.id[i]) != kOutside) continue;
         const int here = side_of_f.of(*g.at[i]);
         if (here == 0 || here == -side) return false;
@@ -99,39 +97,46 @@ bool leaves_on_one_side(const Corners& f, const Corners& g)
     return side != 0;
 }
 
-bool one_sided(const std::array<int, 3>& s)
+bool one_sided(const Corners& f, const Sides& s)
 {
-    return (s[0] > 0 && s[1] > 0 && s[2] > 0) || (s[0] < 0 && s[1] < 0 && s[2] < 0);
+    for (int i = 0; i < f.n; ++i)
+        if (s[i] == 0 || s[i] != s[0]) return false;
+    return true;
 }
 
 void meet_in_plane(const Corners& f, const Corners& g, Contact& contact)
 {
     const Flat flat_f(f);
-    Flat flat_g(g);
-    for (int i = 0; i < 3; ++i) {
+    const Flat flat_g(g);
+    int shared = 0;
+    for (int i = 0; i < g.n; ++i) {
         const int on_f = locate(flat_f, g.id[i], *g.at[i]);
         if (on_f != kOutside) contact.add(on_f, i);
+        shared += corner_with(f, g.id[i]) != kOutside;
+    }
+    for (int i = 0; i < f.n; ++i) {
         const int on_g = locate(flat_g, f.id[i], *f.at[i]);
         if (on_g != kOutside) contact.add(i, on_g);
     }
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            const int a = flat_f.side_of_edge(i, *g.at[j]) * flat_f.side_of_edge(i, *g.at[next(j)]);
+    for (int i = 0; i < f.n; ++i)
+        for (int j = 0; j < g.n; ++j) {
+            const int a =
+                flat_f.side_of_edge(i, *g.at[j]) * flat_f.side_of_edge(i, *g.at[g.next(j)]);
             if (a >= 0) continue;
-            const int b = flat_g.side_of_edge(j, *f.at[i]) * flat_g.side_of_edge(j, *f.at[next(i)]);
-            if (b < 0) contact.add(3 + i, 3 + j);
+            const int b =
+                flat_g.side_of_edge(j, *f.at[i]) * flat_g.side_of_edge(j, *f.at[f.next(i)]);
+            if (b < 0) contact.add(Contact::kEdge + i, Contact::kEdge + j);
         }
-    int shared = 0;
-    for (int i = 0; i < 3; ++i) shared += corner_with(f, g.id[i]) != kOutside;
-    contact.coplanar = shared == 3 || !contact.trivial();
+    contact.coplanar = shared >= 3 || !contact.trivial();
 }
 
 }  // namespace
 
 bool Contact::trivial() const
 {
-    return !coplanar && std::all_of(events.begin(), events.begin() + n_events,
-                                    [](const Event& e) { return e.on_f < 3 && e.on_g < 3; });
+    return !coplanar && std::all_of(events.begin(), events.begin() + n_events, [](const Event& e) {
+        return is_corner(e.on_f) && is_corner(e.on_g);
+    });
 }
 
 void Contact::add(int on_f, int on_g)
@@ -145,12 +150,23 @@ void Contact::add(int on_f, int on_g)
 
 void number_corners(Corners& f, Corners& g)
 {
-    f.id = {0, 1, 2};
-    for (int j = 0; j < 3; ++j) {
-        g.id[j] = 3 + j;
-        for (int i = 0; i < 3; ++i)
+    f.id = {0, 1, 2, 3};
+    for (int j = 0; j < g.n; ++j) {
+        g.id[j] = 4 + j;
+        for (int i = 0; i < f.n; ++i)
             if (*f.at[i] == *g.at[j]) g.id[j] = i;
     }
+}
+
+int edge_along(const Corners& piece, int a, int b)
+{
+    for (int i = 0; i < piece.n; ++i) {
+        const auto on = [&](int place) {
+            return place == i || place == piece.next(i) || place == Contact::kEdge + i;
+        };
+        if (on(a) && on(b)) return i;
+    }
+    return -1;
 }
 
 bool certainly_apart(const Corners& f, const Corners& g)
@@ -161,34 +177,35 @@ bool certainly_apart(const Corners& f, const Corners& g)
 Contact find_contact(const Corners& f, const Corners& g)
 {
     Contact contact;
-    const std::array<int, 3> g_sides = sides_of(f, g);
-    if (one_sided(g_sides)) return contact;
-    const std::array<int, 3> f_sides = sides_of(g, f);
-    if (one_sided(f_sides)) return contact;
-    if (g_sides == std::array<int, 3>{0, 0, 0}) {
+    const Sides g_sides = sides_of(f, g);
+    if (one_sided(g, g_sides)) return contact;
+    const Sides f_sides = sides_of(g, f);
+    if (one_sided(f, f_sides)) return contact;
+    if (g_sides == Sides{}) {
         meet_in_plane(f, g, contact);
         return contact;
     }
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < g.n; ++i)
         if (g_sides[i] == 0) {
             const int on_f = locate(Flat(f), g.id[i], *g.at[i]);
             if (on_f != kOutside) contact.add(on_f, i);
         }
+    for (int i = 0; i < f.n; ++i)
         if (f_sides[i] == 0) {
             const int on_g = locate(Flat(g), f.id[i], *f.at[i]);
             if (on_g != kOutside) contact.add(i, on_g);
         }
+    for (int i = 0; i < g.n; ++i) {
+        const int j = g.next(i);
+        if (g_sides[i] * g_sides[j] >= 0) continue;
+        const int on_f = pierce(f, *g.at[i], *g.at[j], g_sides[j]);
+        if (on_f >= Contact::kEdge) contact.add(on_f, Contact::kEdge + i);  // corners came up above
     }
-    for (int i = 0; i < 3; ++i) {
-        const int j = next(i);
-        if (g_sides[i] * g_sides[j] < 0) {
-            const int on_f = pierce(f, *g.at[i], *g.at[j], g_sides[j]);
-            if (on_f > 2) contact.add(on_f, 3 + i);  // corners of f came up above
-        }
-        if (f_sides[i] * f_sides[j] < 0) {
-            const int on_g = pierce(g, *f.at[i], *f.at[j], f_sides[j]);
-            if (on_g > 2) contact.add(3 + i, on_g);
-        }
+    for (int i = 0; i < f.n; ++i) {
+        const int j = f.next(i);
+        if (f_sides[i] * f_sides[j] >= 0) continue;
+        const int on_g = pierce(g, *f.at[i], *f.at[j], f_sides[j]);
+        if (on_g >= Contact::kEdge) contact.add(Contact::kEdge + i, on_g);
     }
     return contact;
 }

@@ -35,6 +35,7 @@ struct GroupCells {
     };
     std::vector<CoverOf> covers;
     bool one_covers_all = true;
+    bool is_whole = false;     // one plate that is not cut: a cell a face
     std::vector<Index> known;  // group's number of a point: its number, or -1 - new one
     std::deque<ExactPoint> created;
 };
@@ -100,7 +101,7 @@ public:
     GroupCells run()
     {
         current_progress().check();
-        bool whole = group_.size() == 1;
+        bool whole = is_one_plate();
         for (const Index f : group_) {
             for (int e = 0; e < 3; ++e) {
                 add_chain(f, e);
@@ -108,9 +109,8 @@ public:
             }
             whole = whole && by_.in_face[f].empty() && by_.segments[f].empty();
         }
-        if (whole && chains_.points.size() == 6) {
-            result_.corners = {{0, 1, 2}};
-            result_.known = {corner(first_, 0), corner(first_, 1), corner(first_, 2)};
+        if (whole && chains_.points.size() == 6 * group_.size()) {
+            keep_faces();
         } else {
             triangulate();
         }
@@ -118,6 +118,28 @@ public:
     }
 
 private:
+    bool is_one_plate() const
+    {
+        return group_.size() == 1 ||
+               (group_.size() == 2 && out_.tree.plates().other(soup_, first_) == group_[1]);
+    }
+
+    void keep_faces()
+    {
+        number_corners();
+        result_.corners = {{0, 1, 2}};
+        if (group_.size() > 1) result_.corners.push_back({0, 2, 3});
+        result_.is_whole = true;
+    }
+
+    // The corners of the only plate, its first face first.
+    void number_corners()
+    {
+        const Outline round = out_.tree.plates().outline(soup_, first_);
+        for (int i = 0; i < round.n; ++i)
+            result_.known.push_back(corner(round.halfedge[i] / 3, round.halfedge[i] % 3));
+    }
+
     Index corner(Index f, int i) const { return out_.first_equal[soup_.faces[f][i]]; }
 
     // Adds the points of edge i of f from corner i to the next, both included.
@@ -152,7 +174,7 @@ private:
         mesh.improve();
         result_.corners.reserve(mesh.cells().size());
         for (const auto& cell : mesh.cells()) result_.corners.push_back(cell.v);
-        if (group_.size() > 1) cover_cells(mesh, local, axis, sign);
+        if (!is_one_plate()) cover_cells(mesh, local, axis, sign);
     }
 
     // The point where the planes of faces a and b meet in that of the group.
@@ -171,13 +193,14 @@ private:
 
     void insert_points(PlanarTriangulation& mesh, LocalNumbers& local)
     {
-        if (group_.size() == 1) {
-            mesh.start_with_triangle(out_.points[corner(first_, 0)], out_.points[corner(first_, 1)],
-                                     out_.points[corner(first_, 2)]);
-            for (int i = 0; i < 3; ++i) {
-                local.set(corner(first_, i), i);
-                result_.known.push_back(corner(first_, i));
+        if (is_one_plate()) {
+            number_corners();
+            std::vector<PointRef> corners;
+            for (const Index p : result_.known) {
+                local.set(p, static_cast<Index>(corners.size()));
+                corners.push_back(out_.points[p]);
             }
+            mesh.start_with_polygon(corners);
         } else {
             start_with_rectangle(mesh);
         }
@@ -336,7 +359,7 @@ private:
                 cut[g] = GroupCutter(soup_, by_, out_, flat_of_, groups_[roots_[g]]).run();
         });
         for (std::size_t g = 0; g < roots_.size(); ++g) {
-            collect(cut[g], groups_[roots_[g]].front());
+            collect(cut[g], groups_[roots_[g]]);
             cut[g] = {};
         }
     }
@@ -349,7 +372,7 @@ private:
             out_.first_cell[cover.face] = static_cast<Index>(out_.cells.size());
     }
 
-    void collect(const GroupCells& group, Index plane_face)
+    void collect(const GroupCells& group, std::span<const Index> faces)
     {
         std::vector<Index> number(group.known.size());
         for (std::size_t i = 0; i < number.size(); ++i)
@@ -363,12 +386,12 @@ private:
                        group.covers[next_cover].cell == static_cast<Index>(c);
             };
             if (!group.one_covers_all && !is_of_cell()) continue;
+            const Index face = group.is_whole ? faces[c] : faces[0];
             Arrangement::Cell cell;
             for (int i = 0; i < 3; ++i) cell.corners[i] = number[group.corners[c][i]];
-            cell.plane = plane_face;
-            cell.cut = group.corners.size() > 1;
+            cell.plane = face;
             cell.covers_begin = static_cast<Index>(out_.covers.size());
-            if (group.one_covers_all) cover_cell({plane_face, 1});
+            if (group.one_covers_all) cover_cell({face, 1});
             for (; is_of_cell(); ++next_cover) cover_cell(group.covers[next_cover].cover);
             cell.covers_end = static_cast<Index>(out_.covers.size());
             out_.cells.push_back(cell);

@@ -4,6 +4,7 @@
 
 #include "genus/base/parallel.h"
 #include "genus/boolean/closed_operand.h"
+#include "genus/boolean/surviving.h"
 
 namespace genus::exact {
 
@@ -25,7 +26,13 @@ public:
         const std::size_t n_faces = soup.faces.size();
         Start start = look_over(soup, formula, n_operands,
                                 lists_.empty() ? kAnyNumber : kPairsToLookAt * n_faces);
-        if (lists_.empty() || few_pairs(start, soup))
+        bool at_once = lists_.empty() || few_pairs(start, soup);
+        if (!at_once &&
+            surviving_share(soup, start.candidates.tree, in_lists(n_operands)) > kMuchSurvives) {
+            at_once = true;
+            if (!start.candidates.complete) start = look_over(soup, formula, n_operands);
+        }
+        if (at_once)
             return solve_whole(soup, frame_, formula, n_operands, options_, std::move(start),
                                report_, place_);
         start = {};
@@ -50,6 +57,8 @@ private:
     // More pairs a face than this are not even listed; with fewer than that all is solved at once.
     static constexpr std::size_t kPairsToLookAt = 16;
     static constexpr std::size_t kPairsToCut = 3;
+    // If of what crosses more than this share is left in the end, groups save nothing.
+    static constexpr double kMuchSurvives = 0.25;
 
     // The operands of one instruction that can be united first.
     struct LongList {
@@ -79,6 +88,14 @@ private:
             if (static_cast<Index>(list.operands.size()) > options_.largest_union)
                 lists_.push_back(std::move(list));
         }
+    }
+
+    std::vector<char> in_lists(Index n_operands) const
+    {
+        std::vector<char> listed(n_operands, 0);
+        for (const LongList& list : lists_)
+            for (const Index i : list.operands) listed[i] = 1;
+        return listed;
     }
 
     static bool few_pairs(const Start& start, const Soup& soup)

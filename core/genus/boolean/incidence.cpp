@@ -41,6 +41,7 @@ struct Recipe {
     }
 };
 
+// Of two plates, named by their first faces.
 struct Meeting {
     Index f;
     Index g;
@@ -61,6 +62,7 @@ class Finder {
 public:
     Finder(const Soup& soup, std::vector<BoxTree::Pair> pairs, Arrangement& out, PointTable& table)
         : soup_(soup),
+          plates_(out.tree.plates()),
           pairs_(std::move(pairs)),
           out_(out),
           table_(table),
@@ -100,7 +102,13 @@ private:
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             for (int i = 0; i < 3; ++i)
                 if (soup_.twin[3 * f + i] < 0 || is_buried(static_cast<Index>(f)))
-                    out_.passive[f] = 0;
+                    wake(static_cast<Index>(f));
+    }
+
+    void wake(Index f)
+    {
+        out_.passive[f] = 0;
+        if (const Index g = plates_.other(soup_, f); g >= 0) out_.passive[g] = 0;
     }
 
     bool is_buried(Index f) const { return !out_.buried.empty() && out_.buried[f] != 0; }
@@ -149,9 +157,11 @@ private:
             std::sort(list.begin(), list.end(),
                       [](const Meeting& a, const Meeting& b) { return a.g < b.g; });
             for (const Meeting& m : list) {
-                enter_corners(m.f);
-                enter_corners(m.g);
-                out_.passive[m.f] = out_.passive[m.g] = 0;
+                for (const Index plate : {m.f, m.g}) {
+                    wake(plate);
+                    enter_corners(plate);
+                    if (const Index g = plates_.other(soup_, plate); g >= 0) enter_corners(g);
+                }
                 meetings_.push_back(m);
             }
         }
@@ -159,14 +169,16 @@ private:
 
     void look_at(Index f, Index g, Found& found) const
     {
-        Corners at_f = corners_of(soup_, f);
-        Corners at_g = corners_of(soup_, g);
+        Corners at_f = corners(f);
+        Corners at_g = corners(g);
+        const auto ids_f = at_f.id;
+        const auto ids_g = at_g.id;
         number_corners(at_f, at_g);
         const Contact contact = find_contact(at_f, at_g);
         if (contact.n_events == 0) return;
         if (contact.n_events == 1 && contact.trivial()) {
-            const Index v = soup_.faces[f][contact.events[0].on_f];
-            const Index w = soup_.faces[g][contact.events[0].on_g];
+            const Index v = ids_f[contact.events[0].on_f];
+            const Index w = ids_g[contact.events[0].on_g];
             if (v == w) return;
             found.equal.push_back({v, w});
             note_touch(f, g, found);
@@ -186,10 +198,17 @@ private:
             found.touch_themselves.push_back(soup_.operand[f]);
     }
 
+    Outline outline(Index f) const { return plates_.outline(soup_, f); }
+    Corners corners(Index f) const { return plates_.corners(soup_, outline(f)); }
+
     bool joined_by_twins(Index f, Index g) const
     {
-        for (int i = 0; i < 3; ++i)
-            if (soup_.twin[3 * f + i] >= 0 && soup_.twin[3 * f + i] / 3 == g) return true;
+        const Outline of_f = outline(f);
+        const Index other = plates_.other(soup_, g);
+        for (int i = 0; i < of_f.n; ++i) {
+            const Index h = soup_.twin[of_f.halfedge[i]];
+            if (h >= 0 && (h / 3 == g || h / 3 == other)) return true;
+        }
         return false;
     }
 
@@ -208,15 +227,22 @@ private:
 
     // ---- points
 
-    static bool is_corner(const Event& e) { return e.on_f < 3 || e.on_g < 3; }
-
-    // The number of an edge that something touches.
-    Index edge(Index f, int i)
+    static bool is_corner(const Event& e)
     {
-        Index& known = found_.edge_of[3 * f + i];
-        if (known < 0) known = edges_.number_of(edge_key(corner(f, i), corner(f, next(i))));
+        return Contact::is_corner(e.on_f) || Contact::is_corner(e.on_g);
+    }
+
+    // The halfedge at a place on the edge of a plate.
+    Index halfedge(Index f, int place) const { return outline(f).halfedge[place - Contact::kEdge]; }
+    // The number of an edge that something touches.
+    Index edge(Index h)
+    {
+        Index& known = found_.edge_of[h];
+        if (known < 0) known = edges_.number_of(edge_key(start_of(h), end_of(h)));
         return known;
     }
+    Index start_of(Index h) const { return corner(h / 3, h % 3); }
+    Index end_of(Index h) const { return corner(h / 3, next(h % 3)); }
     Index low_end(Index edge) const { return static_cast<Index>(edges_.keys()[edge] >> 32); }
     Index high_end(Index edge) const
     {
@@ -225,9 +251,10 @@ private:
 
     Recipe recipe(const Meeting& m, const Event& e)
     {
-        if (e.on_g == Contact::kInside) return {false, edge(m.f, e.on_f - 3), m.g};
-        if (e.on_f == Contact::kInside) return {false, edge(m.g, e.on_g - 3), m.f};
-        const auto [low, high] = std::minmax({edge(m.f, e.on_f - 3), edge(m.g, e.on_g - 3)});
+        if (e.on_g == Contact::kInside) return {false, edge(halfedge(m.f, e.on_f)), m.g};
+        if (e.on_f == Contact::kInside) return {false, edge(halfedge(m.g, e.on_g)), m.f};
+        const auto [low, high] =
+            std::minmax({edge(halfedge(m.f, e.on_f)), edge(halfedge(m.g, e.on_g))});
         return {true, low, high};
     }
 
@@ -263,10 +290,10 @@ private:
             for (std::size_t i = m.first_event; i < m.first_event + m.n_events; ++i) {
                 const Event& e = events_[i];
                 Index& point = point_of_event_[i];
-                if (e.on_f < 3)
-                    point = corner(m.f, e.on_f);
-                else if (e.on_g < 3)
-                    point = corner(m.g, e.on_g);
+                if (Contact::is_corner(e.on_f))
+                    point = start_of(outline(m.f).halfedge[e.on_f]);
+                else if (Contact::is_corner(e.on_g))
+                    point = start_of(outline(m.g).halfedge[e.on_g]);
                 else
                     point = recipe_point_[point];
             }
@@ -284,45 +311,35 @@ private:
     // Would the point be there if flat edges were not?
     bool is_needed(const Meeting& m, const Event& e)
     {
-        const bool flat_f = e.on_f != Contact::kInside && is_flat(m.f, e.on_f - 3);
-        const bool flat_g = e.on_g != Contact::kInside && is_flat(m.g, e.on_g - 3);
+        const Index on_f = e.on_f == Contact::kInside ? -1 : halfedge(m.f, e.on_f);
+        const Index on_g = e.on_g == Contact::kInside ? -1 : halfedge(m.g, e.on_g);
+        const bool flat_f = on_f >= 0 && is_flat(on_f);
+        const bool flat_g = on_g >= 0 && is_flat(on_g);
         if (!flat_f && !flat_g) return true;
         if (flat_f == flat_g || m.coplanar) return false;
-        if (e.on_f == Contact::kInside || e.on_g == Contact::kInside) return false;
+        if (on_f < 0 || on_g < 0) return false;
         // The other edge pierces the plane, or lies in it.
-        return flat_f ? !edge_in_plane(m.g, e.on_g - 3, m.f) : !edge_in_plane(m.f, e.on_f - 3, m.g);
+        return flat_f ? !edge_in_plane(on_g, m.f) : !edge_in_plane(on_f, m.g);
     }
 
-    // Does edge i of f join two faces of one plane that turn alike?
-    bool is_flat(Index f, int i)
+    // Does halfedge i join two faces of one plane that turn alike?
+    bool is_flat(Index i)
     {
-        signed char& known = flat_edge_[3 * f + i];
+        signed char& known = flat_edge_[i];
         if (known < 0) {
-            const Index h = soup_.twin[3 * f + i];
-            known = h >= 0 && !is_buried(h / 3) && same_plane(f, h / 3) ? 1 : 0;
+            const Index h = soup_.twin[i];
+            known = h >= 0 && !is_buried(h / 3) && same_plane(soup_, i / 3, h / 3) ? 1 : 0;
             if (h >= 0) flat_edge_[h] = known;
         }
         return known != 0;
     }
 
-    // For faces with a common edge.
-    bool same_plane(Index f, Index g) const
-    {
-        if (!parallel_faces(soup_, f, g)) return false;
-        const auto at = [&](Index face, int i) -> const Vec3& {
-            return soup_.points[soup_.faces[face][i]];
-        };
-        const int axis = dominant_axis(at(f, 0), at(f, 1), at(f, 2));
-        return normal_sign(axis, at(f, 0), at(f, 1), at(f, 2)) ==
-               normal_sign(axis, at(g, 0), at(g, 1), at(g, 2));
-    }
-
-    bool edge_in_plane(Index f, int i, Index g) const
+    bool edge_in_plane(Index h, Index g) const
     {
         const Triangle& t = soup_.faces[g];
         const SideOfPlane side(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
-        return side.of(soup_.points[soup_.faces[f][i]]) == 0 &&
-               side.of(soup_.points[soup_.faces[f][next(i)]]) == 0;
+        return side.of(soup_.points[soup_.faces[h / 3][h % 3]]) == 0 &&
+               side.of(soup_.points[soup_.faces[h / 3][next(h % 3)]]) == 0;
     }
 
     // ---- what lies where
@@ -345,15 +362,21 @@ private:
             }
             if (m.n_events < 2 || points[0] == points[1]) continue;
             const auto [low, high] = std::minmax(points[0], points[1]);
-            const int edge_f = edge_along(events[0].on_f, events[1].on_f);
-            const int edge_g = edge_along(events[0].on_g, events[1].on_g);
-            // A neighbour in the plane that shares a flat edge makes no segment of it.
-            const auto cuts = [&](Index f, int along) {
-                return along < 0 || (is_flat(f, along) && !parallel_faces(soup_, m.f, m.g));
-            };
-            if (cuts(m.f, edge_f)) segments_.push_back({m.f, {m.g, low, high}});
-            if (cuts(m.g, edge_g)) segments_.push_back({m.g, {m.f, low, high}});
+            if (cuts(m.f, m.g, events[0].on_f, events[1].on_f))
+                segments_.push_back({m.f, {m.g, low, high}});
+            if (cuts(m.g, m.f, events[0].on_g, events[1].on_g))
+                segments_.push_back({m.g, {m.f, low, high}});
         }
+    }
+
+    // Does what plate g shares with f, from place a to b on it, cut f, and is no edge of it?
+    bool cuts(Index f, Index g, int a, int b)
+    {
+        if (a == Contact::kInside || b == Contact::kInside) return true;
+        const Outline round = outline(f);
+        const int along = edge_along(plates_.corners(soup_, round), a, b);
+        // A neighbour in the plane that shares a flat edge makes no segment of it.
+        return along < 0 || (is_flat(round.halfedge[along]) && !parallel_faces(soup_, f, g));
     }
 
     void register_recipe(std::size_t number)
@@ -373,20 +396,8 @@ private:
     {
         if (place == Contact::kInside)
             in_face_.push_back({face, point});
-        else if (place > 2)
-            on_edge_.push_back({edge(face, place - 3), point});
-    }
-
-    // Both places on one closed edge of the face? Returns the edge, or -1.
-    static int edge_along(int a, int b)
-    {
-        for (int i = 0; i < 3; ++i) {
-            const auto on = [&](int place) {
-                return place == i || place == next(i) || place == 3 + i;
-            };
-            if (on(a) && on(b)) return i;
-        }
-        return -1;
+        else if (Contact::is_edge(place))
+            on_edge_.push_back({edge(halfedge(face, place)), point});
     }
 
     // Faces beyond an edge that is touched have to be cut as well.
@@ -396,7 +407,7 @@ private:
             const Index twin = soup_.twin[h];
             if (found_.edge_of[h] < 0 || twin < 0) continue;
             found_.edge_of[twin] = found_.edge_of[h];
-            out_.passive[twin / 3] = 0;
+            wake(twin / 3);
         }
     }
 
@@ -458,12 +469,17 @@ private:
         cut_.resize(edges_.keys().size(), 0);
         found_.flats = DisjointSets(soup_.faces.size());
         found_.left_out.assign(3 * soup_.faces.size(), 0);
+        const auto join = [&](Index h, Index twin) {
+            found_.left_out[h] = found_.left_out[twin] = 1;
+            found_.flats.unite(h / 3, twin / 3);
+        };
+        for (Index f = 0; !plates_.empty() && f < static_cast<Index>(soup_.faces.size()); ++f)
+            if (const Index h = plates_.diagonal(f); h >= 0) join(h, soup_.twin[h]);
         for (Index h = 0; h < static_cast<Index>(found_.edge_of.size()); ++h) {
             const Index edge = found_.edge_of[h];
             if (edge < 0 || !cut_[edge] || flat_edge_[h] != 1) continue;
             const Index twin = soup_.twin[h];
-            found_.left_out[h] = found_.left_out[twin] = 1;
-            found_.flats.unite(h / 3, twin / 3);
+            join(h, twin);
         }
     }
 
@@ -535,6 +551,7 @@ private:
     }
 
     const Soup& soup_;
+    const Plates& plates_;
     std::vector<BoxTree::Pair> pairs_;
     Arrangement& out_;
     PointTable& table_;

@@ -30,12 +30,14 @@ int edge_towards(const PlanarTriangulation::Cell& cell, int neighbor)
 
 }  // namespace
 
-void PlanarTriangulation::start_with_triangle(const PointRef& a, const PointRef& b,
-                                              const PointRef& c)
+void PlanarTriangulation::start_with_polygon(const std::vector<PointRef>& corners)
 {
-    for (const PointRef& p : {a, b, c}) add_point(p);
-    cells_.push_back({});
-    set(0, {0, 1, 2}, {kNone, kNone, kNone}, {kNone, kNone, kNone});
+    for (const PointRef& p : corners) add_point(p);
+    const int n = static_cast<int>(corners.size()) - 2;
+    cells_.resize(n);
+    for (int i = 0; i < n; ++i)
+        set(i, {0, i + 1, i + 2}, {i > 0 ? i - 1 : kNone, kNone, i + 1 < n ? i + 1 : kNone},
+            {kNone, kNone, kNone});
 }
 
 void PlanarTriangulation::start_with_rectangle(const Vec3& low, const Vec3& high)

@@ -35,8 +35,8 @@ public:
     {
     }
 
-    /// Starts with one triangle, counterclockwise; its corners become points 0, 1, 2.
-    void start_with_triangle(const PointRef& a, const PointRef& b, const PointRef& c);
+    /// Starts with a convex polygon, counterclockwise; its corners become points 0, 1, ...
+    void start_with_polygon(const std::vector<PointRef>& corners);
     /// Starts with a rectangle a little larger than `box` in the two axes seen; its corners become
     /// points 0 to 3.
     void start_with_rectangle(const Vec3& low, const Vec3& high);

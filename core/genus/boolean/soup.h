@@ -37,8 +37,10 @@ inline Plane plane_of(const Soup& soup, std::int32_t f)
 inline Corners corners_of(const Soup& soup, std::int32_t f)
 {
     Corners c;
-    c.id = soup.faces[f];
-    for (int i = 0; i < 3; ++i) c.at[i] = &soup.points[c.id[i]];
+    for (int i = 0; i < 3; ++i) {
+        c.id[i] = soup.faces[f][i];
+        c.at[i] = &soup.points[c.id[i]];
+    }
     return c;
 }
 

@@ -270,7 +270,7 @@ private:
     std::vector<std::pair<Index, Index>> windings_beyond(const Ray& ray) const
     {
         std::vector<std::pair<Index, Index>> hits;
-        cut_.tree.query(box_of_ray(ray), [&](Index f) {
+        cut_.tree.query(soup_, box_of_ray(ray), [&](Index f) {
             const auto& t = soup_.faces[f];
             const int s = hit(ray, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
             if (s != 0) hits.push_back({soup_.operand[f], s});
@@ -323,7 +323,7 @@ private:
             std::vector<std::pair<Index, Index>> above;  // operand, sign
             std::vector<std::pair<Index, Index>> at;
             bool clear = true;
-            cut_.tree.query(line.box(), [&](Index f) {
+            cut_.tree.query(soup_, line.box(), [&](Index f) {
                 const UprightLine::Crossing crossing = line.cross(f);
                 clear = clear && crossing.clear;
                 if (crossing.sign == 0 || crossing.height < 0) return;
