@@ -33,6 +33,8 @@ struct Arrangement {
     struct Cell {
         Triangle corners;    // turn like `plane`
         std::int32_t plane;  // a face of the soup in the same plane
+        /// The cell across edge i, if nothing else meets that edge and the same covers that cell.
+        std::array<std::int32_t, 3> across{-1, -1, -1};
         std::int32_t covers_begin;
         std::int32_t covers_end;
     };

@@ -69,7 +69,6 @@ private:
         Index a = -1;
         Index b = -1;
         bool needed = false;
-        bool seen = false;
     };
 
     void find_regions()
@@ -78,13 +77,37 @@ private:
             if (faces_[f].fixed)
                 for (const Index p : faces_[f].corners) corner_[p].needed = true;
         }
+        std::vector<Index> face_of_cell(cut_.cells.size(), -1);
         for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
-            if (!faces_[f].fixed)
-                for (int i = 0; i < 3; ++i) sheets_.push_back(sheet_of(faces_, f, i));
+            if (faces_[f].cell >= 0) face_of_cell[faces_[f].cell] = f;
+        for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
+            if (faces_[f].fixed) continue;
+            for (int i = 0; i < 3; ++i) {
+                const Index across = cell_across(faces_[f], i);
+                if (across >= 0)
+                    regions_.unite(f, face_of_cell[across]);
+                else
+                    sheets_.push_back(sheet_of(faces_, f, i));
+            }
+        }
         sort_sheets(sheets_);
+        // What lies within a region is done with; the others part two regions, or more.
+        std::vector<Sheet> rims;
         for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
-            if (inner(begin, end)) regions_.unite(begin[0].item, begin[1].item);
+            if (inner(begin, end))
+                regions_.unite(begin[0].item, begin[1].item);
+            else
+                rims.insert(rims.end(), begin, end);
         });
+        sheets_ = std::move(rims);
+    }
+
+    // The cell across edge i of a face, if nothing but the two meets there.
+    Index cell_across(const OutFace& face, int i) const
+    {
+        if (face.cell < 0) return -1;
+        // Turned over faces have their corners 1 and 2 swapped.
+        return cut_.cells[face.cell].across[face.flipped ? 2 - i : i];
     }
 
     bool inner(const Sheet* begin, const Sheet* end) const
@@ -99,8 +122,6 @@ private:
             for (const Index p : {static_cast<Index>(begin->edge >> 32),
                                   static_cast<Index>(begin->edge & 0xffffffffu)}) {
                 Corner& corner = corner_[p];
-                corner.seen = true;
-                if (inner(begin, end)) continue;
                 if (end - begin != 2) {
                     corner.needed = true;
                     continue;
@@ -127,10 +148,7 @@ private:
         for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
             if (!faces_[f].fixed) members.push_back({regions_.find(f), f});
         std::sort(members.begin(), members.end());
-        std::vector<Sheet> rim;
-        for_each_edge(sheets_, [&](Sheet* begin, Sheet* end) {
-            if (!inner(begin, end)) rim.insert(rim.end(), begin, end);
-        });
+        std::vector<Sheet> rim = std::move(sheets_);
         for (Sheet& s : rim) s.plane = s.item;  // the face it belongs to
         for (Sheet& s : rim) s.item = regions_.find(s.item);
         std::sort(rim.begin(), rim.end(), [](const Sheet& a, const Sheet& b) {
@@ -256,6 +274,7 @@ private:
             for (int i = 0; i < 3; ++i) face.corners[i] = global[mesh.cells()[c].v[i]];
             face.source = source[c];
             face.untouched = false;
+            face.cell = -1;
             kept.push_back(face);
         }
     }
@@ -313,6 +332,7 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
         const auto& cell = arrangement.cells[c];
         keep(cell.corners, cell.plane, arrangement.covers[cell.covers_begin].face,
              selection.cells[c] < 0, false, false);
+        faces.back().cell = static_cast<Index>(c);
     }
     if (merge_coplanar) Merger(soup, arrangement, faces).run();
     return faces;

@@ -16,6 +16,8 @@ struct OutFace {
     bool flipped;         // turns against `plane`
     bool fixed;           // not to be joined with others of its plane
     bool untouched;       // a passive face of the soup, as it was
+    /// Of a cell of the arrangement: its number, else -1.
+    std::int32_t cell = -1;
 };
 
 /// The selected faces as a closed oriented surface. Pieces of one plane that meet along an edge

@@ -83,6 +83,14 @@ Sides sides_of(const Corners& f, const Corners& g)
     return sides;
 }
 
+// Do the pieces have two opposite corners of f, a quadrangle, in common?
+bool share_diagonal(const Corners& f, const Corners& g)
+{
+    if (f.n < 4) return false;
+    const auto shared = [&](int i) { return corner_with(g, f.id[i]) != kOutside; };
+    return (shared(0) && shared(2)) || (shared(1) && shared(3));
+}
+
 // Are the corners of g that f has not all strictly on one side of f?
 bool leaves_on_one_side(const Corners& f, const Corners& g)
 {
@@ -171,7 +179,8 @@ int edge_along(const Corners& piece, int a, int b)
 
 bool certainly_apart(const Corners& f, const Corners& g)
 {
-    return leaves_on_one_side(f, g) || leaves_on_one_side(g, f);
+    return (leaves_on_one_side(f, g) || leaves_on_one_side(g, f)) && !share_diagonal(f, g) &&
+           !share_diagonal(g, f);
 }
 
 Contact find_contact(const Corners& f, const Corners& g)

@@ -19,6 +19,7 @@ namespace {
 using Index = std::int32_t;
 
 constexpr int kEdgeCarrier = -2;
+constexpr std::size_t kManyPoints = 64;
 
 int next(int i)
 {
@@ -28,6 +29,7 @@ int next(int i)
 // What cutting one group of coplanar faces gives, with corners numbered by the group.
 struct GroupCells {
     std::vector<Triangle> corners;
+    std::vector<Triangle> across;  // the cell across each free edge, or -1
     /// Of each cell that is covered, in order; left out where one face covers all.
     struct CoverOf {
         Index cell;
@@ -128,7 +130,11 @@ private:
     {
         number_corners();
         result_.corners = {{0, 1, 2}};
-        if (group_.size() > 1) result_.corners.push_back({0, 2, 3});
+        result_.across = {{-1, -1, -1}};
+        if (group_.size() > 1) {
+            result_.corners.push_back({0, 2, 3});
+            result_.across = {{-1, -1, 1}, {0, -1, -1}};
+        }
         result_.is_whole = true;
     }
 
@@ -173,7 +179,14 @@ private:
         // Points of nearly parallel planes make slivers that rounding would turn over.
         mesh.improve();
         result_.corners.reserve(mesh.cells().size());
-        for (const auto& cell : mesh.cells()) result_.corners.push_back(cell.v);
+        result_.across.reserve(mesh.cells().size());
+        for (const auto& cell : mesh.cells()) {
+            result_.corners.push_back(cell.v);
+            Triangle across = cell.neighbor;
+            for (int i = 0; i < 3; ++i)
+                if (cell.carrier[i] != PlanarTriangulation::kNone) across[i] = -1;
+            result_.across.push_back(across);
+        }
         if (!is_one_plate()) cover_cells(mesh, local, axis, sign);
     }
 
@@ -209,9 +222,26 @@ private:
             local.set(point, mesh.insert(out_.points[point]));
             result_.known.push_back(point);
         };
+        if (chains_.points.size() > kManyPoints) {
+            for (const Index p : spread_points()) insert(p);
+            return;
+        }
         for (const Index p : chains_.points) insert(p);
         for (const Index f : group_)
             for (const Index p : by_.in_face[f]) insert(p);
+    }
+
+    std::vector<Index> spread_points() const
+    {
+        std::vector<Index> points = chains_.points;
+        for (const Index f : group_)
+            points.insert(points.end(), by_.in_face[f].begin(), by_.in_face[f].end());
+        std::sort(points.begin(), points.end());
+        points.erase(std::unique(points.begin(), points.end()), points.end());
+        const Triangle& t = soup_.faces[first_];
+        sort_along_curve(dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]),
+                         out_.points, points);
+        return points;
     }
 
     void start_with_rectangle(PlanarTriangulation& mesh)
@@ -380,16 +410,19 @@ private:
                                             : table_.add(group.created[-1 - group.known[i]]);
         const std::size_t first = out_.cells.size();
         std::size_t next_cover = 0;
+        std::vector<Index> place(group.corners.size(), -1);
         for (std::size_t c = 0; c < group.corners.size(); ++c) {
             const auto is_of_cell = [&] {
                 return next_cover < group.covers.size() &&
                        group.covers[next_cover].cell == static_cast<Index>(c);
             };
             if (!group.one_covers_all && !is_of_cell()) continue;
+            place[c] = static_cast<Index>(out_.cells.size());
             const Index face = group.is_whole ? faces[c] : faces[0];
             Arrangement::Cell cell;
             for (int i = 0; i < 3; ++i) cell.corners[i] = number[group.corners[c][i]];
             cell.plane = face;
+            cell.across = group.across[c];
             cell.covers_begin = static_cast<Index>(out_.covers.size());
             if (group.one_covers_all) cover_cell({face, 1});
             for (; is_of_cell(); ++next_cover) cover_cell(group.covers[next_cover].cover);
@@ -398,7 +431,8 @@ private:
         }
         out_.group_end.resize(out_.cells.size(), static_cast<Index>(out_.cells.size()));
         for (std::size_t c = first; c < out_.cells.size(); ++c)
-            out_.group_end[c] = static_cast<Index>(out_.cells.size());
+            for (Index& other : out_.cells[c].across)
+                if (other >= 0) other = place[other];
     }
 
     const Soup& soup_;

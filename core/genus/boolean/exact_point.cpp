@@ -137,6 +137,32 @@ Plane plane_through(const Vec3& a, const Vec3& b, const Vec3& c)
     return plane;
 }
 
+namespace {
+
+// The axis along which an edge runs, or -1.
+int axis_along(const Vec3& d)
+{
+    int axis = -1;
+    for (int k = 0; k < 3; ++k) {
+        if (d[k] == 0.0) continue;
+        if (axis >= 0) return -1;
+        axis = k;
+    }
+    return axis;
+}
+
+ExactPoint grid_point(const Vec3& p)
+{
+    ExactPoint point;
+    for (int k = 0; k < 3; ++k) {
+        point.x[k] = WideInt<6>(as_int(p[k]));
+        point.fixed[k] = as_int(p[k]) * 1024;
+    }
+    point.w = WideInt<6>(1);
+    point.on_grid = true;
+    return point;
+}
+
 ExactPoint line_and_plane(const Vec3& p, const Vec3& q, const Plane& plane)
 {
     WideInt<4> w;
@@ -154,8 +180,27 @@ ExactPoint line_and_plane(const Vec3& p, const Vec3& q, const Plane& plane)
     return point;
 }
 
+}  // namespace
+
+ExactPoint line_and_plane(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const int k = axis_along(q - p);
+    if (k >= 0 && a[k] == b[k] && a[k] == c[k]) {
+        Vec3 there = p;
+        there[k] = a[k];
+        return grid_point(there);
+    }
+    return line_and_plane(p, q, plane_through(a, b, c));
+}
+
 ExactPoint two_lines(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s)
 {
+    const int along = axis_along(q - p);
+    if (along >= 0 && axis_along(s - r) >= 0) {
+        Vec3 there = p;
+        there[along] = r[along];
+        return grid_point(there);
+    }
     // The plane that holds r s and the direction of an axis in which the cross product of the two
     // lines is not zero cuts the first line where the second does.
     int axis = 0;

@@ -47,8 +47,9 @@ struct PointRef {
 
 Plane plane_through(const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// Where the line p q meets the plane; they must not be parallel.
-ExactPoint line_and_plane(const Vec3& p, const Vec3& q, const Plane& plane);
+/// Where the line p q meets the plane through a, b, c; they must not be parallel.
+ExactPoint line_and_plane(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b,
+                          const Vec3& c);
 /// Where the lines p q and r s meet; they must lie in a plane and not be parallel.
 ExactPoint two_lines(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s);
 /// The planes must meet in one point.

@@ -305,7 +305,8 @@ private:
         const Vec3& q = soup_.points[high_end(r.edge)];
         if (r.two_edges)
             return two_lines(p, q, soup_.points[low_end(r.other)], soup_.points[high_end(r.other)]);
-        return line_and_plane(p, q, plane_of(soup_, r.other));
+        const Triangle& t = soup_.faces[r.other];
+        return line_and_plane(p, q, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
     }
 
     // Would the point be there if flat edges were not?

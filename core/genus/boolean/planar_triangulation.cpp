@@ -1,5 +1,6 @@
 #include "genus/boolean/planar_triangulation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "genus/base/error.h"
@@ -28,7 +29,50 @@ int edge_towards(const PlanarTriangulation::Cell& cell, int neighbor)
     return cell.neighbor[0] == neighbor ? 0 : (cell.neighbor[1] == neighbor ? 1 : 2);
 }
 
+// How far along the curve through 2^16 x 2^16 places this one comes.
+std::uint32_t place_on_curve(std::uint32_t x, std::uint32_t y)
+{
+    std::uint32_t place = 0;
+    for (std::uint32_t half = 1u << 15; half > 0; half >>= 1) {
+        const bool right = (x & half) != 0;
+        const bool upper = (y & half) != 0;
+        place = place << 2 | ((right ? 3u : 0u) ^ (upper ? 1u : 0u));
+        if (upper) continue;
+        if (right) {
+            x = ~x;
+            y = ~y;
+        }
+        std::swap(x, y);
+    }
+    return place;
+}
+
 }  // namespace
+
+void sort_along_curve(int axis, const std::vector<PointRef>& points,
+                      std::vector<std::int32_t>& which)
+{
+    const std::array<int, 2> axes{(axis + 1) % 3, (axis + 2) % 3};
+    std::array<double, 2> low{1e300, 1e300};
+    std::array<double, 2> high{-1e300, -1e300};
+    for (const std::int32_t p : which)
+        for (int i = 0; i < 2; ++i) {
+            low[i] = std::min(low[i], points[p].approx[axes[i]]);
+            high[i] = std::max(high[i], points[p].approx[axes[i]]);
+        }
+    std::array<double, 2> scale{};
+    for (int i = 0; i < 2; ++i) scale[i] = high[i] > low[i] ? 65535.0 / (high[i] - low[i]) : 0.0;
+    std::vector<std::pair<std::uint32_t, std::int32_t>> placed;
+    placed.reserve(which.size());
+    for (const std::int32_t p : which) {
+        const auto step = [&](int i) {
+            return static_cast<std::uint32_t>((points[p].approx[axes[i]] - low[i]) * scale[i]);
+        };
+        placed.push_back({place_on_curve(step(0), step(1)), p});
+    }
+    std::sort(placed.begin(), placed.end());
+    for (std::size_t i = 0; i < placed.size(); ++i) which[i] = placed[i].second;
+}
 
 void PlanarTriangulation::start_with_polygon(const std::vector<PointRef>& corners)
 {
@@ -60,6 +104,7 @@ void PlanarTriangulation::start_with_rectangle(const Vec3& low, const Vec3& high
 int PlanarTriangulation::add_point(const PointRef& point)
 {
     points_.push_back(point);
+    seen_.push_back({{point.approx[(axis_ + 1) % 3], point.approx[(axis_ + 2) % 3]}});
     cell_of_.push_back(kNone);
     return static_cast<int>(points_.size()) - 1;
 }
@@ -137,7 +182,7 @@ void PlanarTriangulation::split_cell(int cell, int point)
     relink(c.neighbor[1], cell, second);
     relink(c.neighbor[2], cell, third);
     doubtful_.assign({{cell, 0}, {second, 0}, {third, 0}});
-    legalize(1000);
+    legalize_round_new_point();
 }
 
 void PlanarTriangulation::split_edge(int cell, int edge, int point)
@@ -170,7 +215,7 @@ void PlanarTriangulation::split_edge(int cell, int edge, int point)
         doubtful_.push_back({other, 2});
         doubtful_.push_back({far, 1});
     }
-    legalize(1000);
+    legalize_round_new_point();
 }
 
 bool PlanarTriangulation::convex(int cell, int edge) const
@@ -188,24 +233,25 @@ bool PlanarTriangulation::badly_shaped(int cell, int edge) const
     const int other = c.neighbor[edge];
     if (other == kNone || c.carrier[edge] != kNone) return false;
     const Cell& o = cells_[other];
-    const int u = (axis_ + 1) % 3;
-    const int v = (axis_ + 2) % 3;
-    const Vec3& d = points_[o.v[prev(edge_towards(o, cell))]].approx;
-    double x[3];
-    double y[3];
-    double q[3];
+    const Vec2 d = seen_[o.v[prev(edge_towards(o, cell))]];
+    std::array<Vec2, 3> p;
+    std::array<double, 3> q;
     for (int i = 0; i < 3; ++i) {
-        x[i] = points_[c.v[i]].approx[u] - d[u];
-        y[i] = points_[c.v[i]].approx[v] - d[v];
-        q[i] = x[i] * x[i] + y[i] * y[i];
+        p[i] = seen_[c.v[i]] - d;
+        q[i] = p[i][0] * p[i][0] + p[i][1] * p[i][1];
     }
     double det = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        const Vec2& a = p[next(i)];
+        const Vec2& b = p[prev(i)];
+        det += q[i] * (a[0] * b[1] - b[0] * a[1]);
+    }
+    if (sign_ * det <= 0.0) return false;
     double size = 0.0;
     for (int i = 0; i < 3; ++i) {
-        const int j = next(i);
-        const int k = next(j);
-        det += q[i] * (x[j] * y[k] - x[k] * y[j]);
-        size += q[i] * (std::abs(x[j] * y[k]) + std::abs(x[k] * y[j]));
+        const Vec2& a = p[next(i)];
+        const Vec2& b = p[prev(i)];
+        size += q[i] * (std::abs(a[0] * b[1]) + std::abs(b[0] * a[1]));
     }
     return sign_ * det > 1e-9 * size && convex(cell, edge);
 }
@@ -229,9 +275,29 @@ void PlanarTriangulation::flip(int cell, int edge)
     relink(c.neighbor[next(i)], cell, other);
 }
 
-void PlanarTriangulation::legalize(std::size_t budget)
+// Of the doubtful cells the new point is the corner opposite to the doubtful edge; a flip makes two
+// more of that kind.
+void PlanarTriangulation::legalize_round_new_point()
 {
-    while (!doubtful_.empty() && budget > 0) {
+    for (int budget = 1000; !doubtful_.empty() && budget > 0;) {
+        const auto [cell, edge] = doubtful_.back();
+        doubtful_.pop_back();
+        if (!badly_shaped(cell, edge)) continue;
+        const int other = cells_[cell].neighbor[edge];
+        flip(cell, edge);
+        --budget;
+        doubtful_.push_back({cell, 0});
+        doubtful_.push_back({other, 0});
+    }
+}
+
+void PlanarTriangulation::improve()
+{
+    doubtful_.clear();
+    for (int cell = 0; cell < static_cast<int>(cells_.size()); ++cell)
+        for (int i = 0; i < 3; ++i)
+            if (cells_[cell].neighbor[i] > cell) doubtful_.push_back({cell, i});
+    for (std::size_t budget = 20 * cells_.size(); !doubtful_.empty() && budget > 0;) {
         const auto [cell, edge] = doubtful_.back();
         doubtful_.pop_back();
         if (!badly_shaped(cell, edge)) continue;
@@ -243,15 +309,6 @@ void PlanarTriangulation::legalize(std::size_t budget)
         doubtful_.push_back({other, 0});
         doubtful_.push_back({other, 1});
     }
-}
-
-void PlanarTriangulation::improve()
-{
-    doubtful_.clear();
-    for (int cell = 0; cell < static_cast<int>(cells_.size()); ++cell)
-        for (int i = 0; i < 3; ++i)
-            if (cells_[cell].neighbor[i] > cell) doubtful_.push_back({cell, i});
-    legalize(20 * cells_.size());
 }
 
 // Calls visit(cell, index of point in cell) for all cells at `point` until it returns true.

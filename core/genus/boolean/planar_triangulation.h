@@ -9,6 +9,11 @@
 
 namespace genus::exact {
 
+/// Sorts points of a plane, seen along `axis`, along a Hilbert curve: in this order each lands near
+/// the one before, and few triangles are long on the way. O(n log n).
+void sort_along_curve(int axis, const std::vector<PointRef>& points,
+                      std::vector<std::int32_t>& which);
+
 /// Triangulation of exact points in one plane with edges that must be kept. Every decision about
 /// its topology is exact; shapes are improved by flips that an inexact circle test proposes.
 ///
@@ -71,7 +76,7 @@ private:
     bool convex(int cell, int edge) const;
     bool badly_shaped(int cell, int edge) const;
     void flip(int cell, int edge);
-    void legalize(std::size_t budget);
+    void legalize_round_new_point();
     int advance(int a, int b, int carrier);
     void clear_way(std::vector<std::array<int, 2>>& crossed, int a, int b);
     template <class F>
@@ -81,6 +86,7 @@ private:
     int sign_;
     Crossing crossing_;
     std::vector<PointRef> points_;
+    std::vector<Vec2> seen_;  // approximations of the points as the plane is seen
     std::vector<Cell> cells_;
     std::vector<int> cell_of_;                  // one cell at each point
     std::vector<std::array<int, 2>> doubtful_;  // cells and edges that may have to be flipped

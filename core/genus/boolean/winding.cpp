@@ -48,6 +48,7 @@ public:
     std::optional<Selection> run()
     {
         find_patches();
+        number_items();
         sides_ = DisjointSets(2 * n_items());
         join_sides();
         if (cut_.buried.empty()) {
@@ -60,9 +61,32 @@ public:
     }
 
 private:
-    // Items are the cells, then the patches of passive faces. Item i has sides 2i (front) and
-    // 2i + 1 (back).
-    Index n_items() const { return n_cells_ + static_cast<Index>(patch_face_.size()); }
+    // Items are the cells, as many at a time as only free edges part, then the patches of passive
+    // faces. Item i has sides 2i (front) and 2i + 1 (back).
+    Index n_items() const { return n_pieces() + static_cast<Index>(patch_face_.size()); }
+    Index n_pieces() const { return static_cast<Index>(first_cell_.size()); }
+
+    void number_items()
+    {
+        item_.assign(n_cells_, -1);
+        std::vector<Index> stack;
+        for (Index c = 0; c < n_cells_; ++c) {
+            if (item_[c] >= 0) continue;
+            const Index item = n_pieces();
+            first_cell_.push_back(c);
+            item_[c] = item;
+            stack.push_back(c);
+            while (!stack.empty()) {
+                const Index at = stack.back();
+                stack.pop_back();
+                for (const Index other : cut_.cells[at].across) {
+                    if (other < 0 || item_[other] >= 0) continue;
+                    item_[other] = item;
+                    stack.push_back(other);
+                }
+            }
+        }
+    }
 
     void find_patches()
     {
@@ -99,14 +123,15 @@ private:
         for (Index c = 0; c < n_cells_; ++c) {
             const auto& cell = cut_.cells[c];
             for (int i = 0; i < 3; ++i)
-                add_sheet(cell.corners[i], cell.corners[next(i)], c, cell.plane);
+                if (cell.across[i] < 0)
+                    add_sheet(cell.corners[i], cell.corners[next(i)], item_[c], cell.plane);
         }
         for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
             if (cut_.passive[f]) continue;
             for (int i = 0; i < 3; ++i) {
                 const Index h = soup_.twin[3 * f + i];
                 if (h >= 0 && cut_.passive[h / 3])
-                    add_sheet(corner(f, next(i)), corner(f, i), n_cells_ + patch_[h / 3], h / 3);
+                    add_sheet(corner(f, next(i)), corner(f, i), n_pieces() + patch_[h / 3], h / 3);
             }
         }
         sort_sheets(sheets_);
@@ -157,11 +182,11 @@ private:
     // Goes through an item, from its front to its back if `way` is 1.
     void cross(Index item, Index way)
     {
-        if (item >= n_cells_) {
-            change(soup_.operand[patch_face_[item - n_cells_]], way);
+        if (item >= n_pieces()) {
+            change(soup_.operand[patch_face_[item - n_pieces()]], way);
             return;
         }
-        const auto& cell = cut_.cells[item];
+        const auto& cell = cut_.cells[first_cell_[item]];
         for (Index c = cell.covers_begin; c < cell.covers_end; ++c)
             change(soup_.operand[cut_.covers[c].face], way * cut_.covers[c].sign);
     }
@@ -224,16 +249,17 @@ private:
     // Winding numbers on one side of a piece of surface connected to the item.
     Seed shoot(Index item) const
     {
-        const Index f = item >= n_cells_ ? patch_face_[item - n_cells_]
-                                         : cut_.covers[cut_.cells[item].covers_begin].face;
+        const Index f = item >= n_pieces()
+                            ? patch_face_[item - n_pieces()]
+                            : cut_.covers[cut_.cells[first_cell_[item]].covers_begin].face;
         const Ray ray = ray_from(soup_, f);
         Seed seed;
         Index plane = f;
-        if (item >= n_cells_) {
+        if (item >= n_pieces()) {
             seed.side = 2 * item;
         } else {
             const Index cell = cell_at_start(ray, f);
-            seed.side = 2 * cell;
+            seed.side = 2 * item_[cell];
             plane = cut_.cells[cell].plane;
         }
         const auto& t = soup_.faces[plane];
@@ -292,11 +318,13 @@ private:
         known_.assign(2 * n_items(), 0);
         holds_.assign(2 * n_items(), 0);
         std::vector<Index> thin;
-        for (Index item = 0; item < n_items(); ++item) {
-            if (is_seen(item)) continue;
+        const auto look = [&](Index item, Index cell) {
+            if (is_seen(item)) return;
             current_progress().check();
-            if (!look_from(item)) thin.push_back(item);
-        }
+            if (!look_from(item, cell)) thin.push_back(item);
+        };
+        for (Index c = 0; c < n_cells_; ++c) look(item_[c], c);
+        for (Index item = n_pieces(); item < n_items(); ++item) look(item, -1);
         return std::all_of(thin.begin(), thin.end(), [&](Index item) { return is_seen(item); });
     }
 
@@ -308,14 +336,15 @@ private:
         return front == back || (known_[front] && known_[back]);
     }
 
-    // Winding numbers just above and below an item, on a line through its inside.
-    bool look_from(Index item)
+    // Winding numbers just above and below an item, on a line through the inside of one of its
+    // cells.
+    bool look_from(Index item, Index cell)
     {
-        const bool is_cell = item < n_cells_;
-        const Index plane = is_cell ? cut_.cells[item].plane : patch_face_[item - n_cells_];
+        const bool is_cell = item < n_pieces();
+        const Index plane = is_cell ? cut_.cells[cell].plane : patch_face_[item - n_pieces()];
         std::array<PointRef, 3> triangle;
         for (int i = 0; i < 3; ++i)
-            triangle[i] = is_cell ? cut_.points[cut_.cells[item].corners[i]]
+            triangle[i] = is_cell ? cut_.points[cut_.cells[cell].corners[i]]
                                   : PointRef{soup_.points[soup_.faces[plane][i]], nullptr};
         UprightLine line(soup_, plane);
         for (int attempt = 0; attempt < 4; ++attempt) {
@@ -380,23 +409,22 @@ private:
             const Index front = sides_.find(2 * item);
             const Index back = sides_.find(2 * item + 1);
             if (cut_.buried.empty() && !windings_agree(item))
-                throw Error(
-                    "mesh_boolean: winding numbers do not agree across a face of operand " +
-                    std::to_string(soup_
-                                       .given[item < n_cells_ ? cut_.cells[item].plane
-                                                              : patch_face_[item - n_cells_]]
-                                       .operand));
+                throw Error("mesh_boolean: winding numbers do not agree across a face of operand " +
+                            std::to_string(
+                                soup_
+                                    .given[item < n_pieces() ? cut_.cells[first_cell_[item]].plane
+                                                             : patch_face_[item - n_pieces()]]
+                                    .operand));
             if (holds_[front] == holds_[back]) return 0;
             return holds_[back] ? 1 : -1;
         };
+        std::vector<std::int8_t> kept_items(n_items());
+        for (Index item = 0; item < n_items(); ++item) kept_items[item] = kept(item);
         selection.cells.resize(n_cells_);
-        for (Index c = 0; c < n_cells_; ++c) selection.cells[c] = kept(c);
-        std::vector<std::int8_t> patches(patch_face_.size());
-        for (std::size_t p = 0; p < patches.size(); ++p)
-            patches[p] = kept(n_cells_ + static_cast<Index>(p));
+        for (Index c = 0; c < n_cells_; ++c) selection.cells[c] = kept_items[item_[c]];
         selection.faces.assign(soup_.faces.size(), 0);
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
-            if (patch_[f] >= 0) selection.faces[f] = patches[patch_[f]];
+            if (patch_[f] >= 0) selection.faces[f] = kept_items[n_pieces() + patch_[f]];
         return selection;
     }
 
@@ -408,6 +436,8 @@ private:
     std::vector<Index> winding_;
     std::uint64_t print_ = 0;  // sum over operands of winding number times a random number
 
+    std::vector<Index> item_;        // of each cell
+    std::vector<Index> first_cell_;  // of each item made of cells
     std::vector<Index> patch_;       // of each face, -1 where not passive
     std::vector<Index> patch_face_;  // the first face of each patch
     std::vector<Sheet> sheets_;
