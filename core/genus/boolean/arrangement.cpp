@@ -12,9 +12,7 @@ Candidates find_candidates(const Soup& soup, std::size_t most)
     Candidates candidates;
     candidates.tree = PlateTree(soup);
     const Plates& plates = candidates.tree.plates();
-    const auto corners = [&](std::int32_t f) {
-        return plates.corners(soup, plates.outline(soup, f));
-    };
+    const auto corners = [&](std::int32_t f) { return plates.corners(soup, f); };
     std::vector<std::vector<BoxTree::Pair>> found;
     std::atomic<std::size_t> count{0};
     candidates.tree.visit_pairs([&](std::size_t parts) { found.resize(parts); },

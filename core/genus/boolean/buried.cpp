@@ -12,6 +12,10 @@ namespace {
 
 using Index = std::int32_t;
 
+// In place of the place of a face in a list.
+constexpr Index kNotListed = -1;
+constexpr Index kIsBuried = -2;
+
 // Operands outside of which the formula is settled are looked at one by one with all faces.
 constexpr std::size_t kMostOutsides = 8;
 
@@ -79,7 +83,7 @@ private:
         const std::size_t grain = boxes_.size() / kChunks + 1;
         std::vector<std::vector<Index>> found(kChunks);
         parallel_for(boxes_.size(), grain, [&](std::size_t begin, std::size_t end) {
-            std::vector<Index> place(soup_.faces.size(), -1);
+            std::vector<Index> place(soup_.faces.size(), kNotListed);
             for (std::size_t b = begin; b < end; ++b)
                 if (settling_[b].inside)
                     list_on_side(static_cast<Index>(b), true, place, found[begin / grain]);
@@ -102,7 +106,7 @@ private:
         std::sort(outsides.begin(), outsides.end(),
                   [&](Index a, Index b) { return std::pair(size(a), a) < std::pair(size(b), b); });
         if (outsides.size() > kMostOutsides) outsides.resize(kMostOutsides);
-        std::vector<Index> place(soup_.faces.size(), -1);
+        std::vector<Index> place(soup_.faces.size(), kNotListed);
         std::vector<Index> found;
         for (const Index b : outsides) {
             list_on_side(b, false, place, found);
@@ -117,21 +121,22 @@ private:
     }
 
     // Lists the faces in the box of operand b that meet none of its faces and lie inside, or
-    // outside, of it. `place` is all -1, before and after.
+    // outside, of it. `place` has all faces as not listed, but those found before.
     void list_on_side(Index b, bool inside, std::vector<Index>& place,
                       std::vector<Index>& found) const
     {
         current_progress().check();
         std::vector<Index> faces;
         candidates_.tree.query(soup_, boxes_[b], [&](Index f) {
-            if (soup_.operand[f] == b) return;
+            if (soup_.operand[f] == b || place[f] == kIsBuried) return;
             place[f] = static_cast<Index>(faces.size());
             faces.push_back(f);
         });
         enum : char { kNew, kNear, kDone };
         std::vector<char> state(faces.size(), kNew);
         for (std::size_t i = near_start_[b]; i < near_start_[b + 1]; ++i)
-            state[place[near_[i]]] = kNear;
+            if (place[near_[i]] >= 0) state[place[near_[i]]] = kNear;
+        const std::size_t n_found = found.size();
         std::vector<Index> piece;
         for (std::size_t start = 0; start < faces.size(); ++start) {
             if (state[start] != kNew) continue;
@@ -143,7 +148,7 @@ private:
                     const Index h = soup_.twin[3 * piece[i] + e];
                     if (h < 0) continue;
                     const Index other = place[h / 3];
-                    leaves_box = leaves_box || other < 0;
+                    leaves_box = leaves_box || other == kNotListed;
                     if (other < 0 || state[other] != kNew) continue;
                     state[other] = kDone;
                     piece.push_back(h / 3);
@@ -151,7 +156,8 @@ private:
             if ((!leaves_box && holds(b, faces[start])) == inside)
                 found.insert(found.end(), piece.begin(), piece.end());
         }
-        for (const Index f : faces) place[f] = -1;
+        for (const Index f : faces) place[f] = kNotListed;
+        for (std::size_t i = n_found; i < found.size(); ++i) place[found[i]] = kIsBuried;
     }
 
     void keep_plates_whole()

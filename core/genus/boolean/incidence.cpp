@@ -199,7 +199,7 @@ private:
     }
 
     Outline outline(Index f) const { return plates_.outline(soup_, f); }
-    Corners corners(Index f) const { return plates_.corners(soup_, outline(f)); }
+    Corners corners(Index f) const { return plates_.corners(soup_, f); }
 
     bool joined_by_twins(Index f, Index g) const
     {
@@ -374,10 +374,9 @@ private:
     bool cuts(Index f, Index g, int a, int b)
     {
         if (a == Contact::kInside || b == Contact::kInside) return true;
-        const Outline round = outline(f);
-        const int along = edge_along(plates_.corners(soup_, round), a, b);
+        const int along = edge_along(corners(f), a, b);
         // A neighbour in the plane that shares a flat edge makes no segment of it.
-        return along < 0 || (is_flat(round.halfedge[along]) && !parallel_faces(soup_, f, g));
+        return along < 0 || (is_flat(outline(f).halfedge[along]) && !parallel_faces(soup_, f, g));
     }
 
     void register_recipe(std::size_t number)

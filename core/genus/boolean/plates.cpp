@@ -97,12 +97,13 @@ Outline Plates::outline(const Soup& soup, Index f) const
     return {4, {next_in_face(h), prev_in_face(h), next_in_face(twin), prev_in_face(twin)}};
 }
 
-Corners Plates::corners(const Soup& soup, const Outline& outline) const
+Corners Plates::quadrangle(const Soup& soup, Index f) const
 {
+    const Outline round = outline(soup, f);
     Corners c;
-    c.n = outline.n;
+    c.n = round.n;
     for (int i = 0; i < c.n; ++i) {
-        c.id[i] = soup.faces[outline.halfedge[i] / 3][outline.halfedge[i] % 3];
+        c.id[i] = soup.faces[round.halfedge[i] / 3][round.halfedge[i] % 3];
         c.at[i] = &soup.points[c.id[i]];
     }
     return c;

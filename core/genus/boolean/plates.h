@@ -35,11 +35,16 @@ public:
     }
     Outline outline(const Soup& soup, std::int32_t f) const;
     /// With corners numbered as in the soup.
-    Corners corners(const Soup& soup, const Outline& outline) const;
+    Corners corners(const Soup& soup, std::int32_t f) const
+    {
+        return diagonal(f) < 0 ? corners_of(soup, f) : quadrangle(soup, f);
+    }
 
     bool empty() const { return diagonal_.empty(); }
 
 private:
+    Corners quadrangle(const Soup& soup, std::int32_t f) const;
+
     std::vector<std::int32_t> diagonal_;  // by face; empty if no plate has two
 };
 
