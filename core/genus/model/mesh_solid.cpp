@@ -18,6 +18,7 @@
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
 #include "genus/model/freeform_mesh.h"
+#include "genus/model/grid_road.h"
 #include "genus/model/parts_apart.h"
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
@@ -25,8 +26,6 @@
 #include "genus/model/solid_field.h"
 #include "genus/model/stage_clock.h"
 #include "genus/model/surface_form.h"
-#include "genus/volume/extended_marching_cubes.h"
-#include "genus/volume/marching_cubes.h"
 
 namespace genus {
 
@@ -395,106 +394,6 @@ private:
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };
 
-// The road over a uniform grid: marching cubes, plain or extended. Nothing is proven; the grid is
-// halved until the sampled deviation leaves a third of the tolerance in reserve.
-class GridRoad {
-public:
-    GridRoad(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
-        : options_(options),
-          result_(result),
-          clock_(result.seconds),
-          field_(solid),
-          formula_(field_),
-          box_(box.inflated(0.01 * box.diagonal()))
-    {
-        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, box_);
-        clock_.end("field");
-    }
-
-    void run()
-    {
-        const Vec3 size = box_.size();
-        double cell = std::max({size[0], size[1], size[2]}) / 15.7;
-        double reached = kInfinity;
-        std::int64_t expected = 0;
-        double finer = 0.5;
-        for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
-            finer = 0.5;
-            if (expected > options_.max_triangles) break;
-            const SurfaceMesh mesh = labelled(on_grid(cell));
-            clock_.end("mesh");
-            expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
-            const double measured = measure_deviation(mesh, formula_, forms_, box_);
-            clock_.end("measure");
-            reached = kReserve * measured;
-            if (!(reached <= result_.tolerance)) continue;
-            const bool sound = validate(mesh.mesh).ok();
-            clock_.end("gate");
-            if (!sound) {  // features of one grid run into each other, those of another may not
-                finer = kOtherGrid;
-                continue;
-            }
-            result_.error = {reached, false, measured, {{"sampled", reached}}};
-            result_.explanation.add("samples of the grid decided by bounds of blocks",
-                                    report_.decided, "samples");
-            result_.mesh = mesh.mesh;
-            return;
-        }
-        throw ToleranceNotMet(
-            "mesh: no grid within the limits reaches the tolerance " + to_text(result_.tolerance),
-            result_.tolerance, reached, {box_});
-    }
-
-private:
-    static constexpr double kReserve = 1.5;
-    static constexpr int kMaxGrids = 10;
-    static constexpr double kOtherGrid = 0.87;
-
-    IndexedMesh on_grid(double cell)
-    {
-        if (options_.method == MeshMethod::Mc) {
-            MarchingCubesOptions grid;
-            grid.cell_size = cell;
-            grid.report = &report_;
-            return marching_cubes(field_, box_, grid);
-        }
-        ExtendedMarchingCubesOptions grid;
-        grid.cell_size = cell;
-        grid.report = &report_;
-        return extended_marching_cubes(field_, box_, grid);
-    }
-
-    // Each face takes the surface that is active at its middle.
-    SurfaceMesh labelled(IndexedMesh&& mesh) const
-    {
-        SurfaceMesh result;
-        result.mesh = std::move(mesh);
-        result.surfaces_of_vertex.assign(result.mesh.n_vertices(), {-1, -1, -1});
-        for (const Triangle& t : result.mesh.faces) {
-            const std::vector<Vec3>& v = result.mesh.vertices;
-            const auto active = field_.active((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0);
-            result.surface_of_face.push_back(2 * active.surface + (active.sign < 0.0 ? 1 : 0));
-            for (const std::int32_t corner : t)
-                for (std::int32_t& place : result.surfaces_of_vertex[corner]) {
-                    if (place == active.surface) break;
-                    if (place >= 0) continue;
-                    place = active.surface;
-                    break;
-                }
-        }
-        return result;
-    }
-
-    const MeshOptions& options_;
-    MeshedSolid& result_;
-    StageClock clock_;
-    CsgField field_;
-    SignFormula formula_;
-    Box3 box_;
-    SamplingReport report_;  // of the last grid
-    std::vector<SurfaceForm> forms_;
-};
-
 // Bounds of a function may be too wide to prove what is so, as next to a root: then its mesh comes
 // from a grid, with the error sampled.
 void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options,
@@ -505,7 +404,7 @@ void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options
     } catch (const ToleranceNotMet&) {
         if (!has_function(CsgField(solid))) throw;
         result.method = "emc";
-        GridRoad(solid, box, options, result).run();
+        mesh_over_grid(solid, box, options, result);
     }
 }
 
@@ -619,7 +518,7 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
             mesh_by_boolean(planned, box, mesh_smooth_part, result);
         } else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
             result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
-            GridRoad(planned, box, options, result).run();
+            mesh_over_grid(planned, box, options, result);
         } else {
             mesh_curved(planned, box, options, result);
         }
