@@ -1,6 +1,7 @@
 #include "genus/boolean/solve.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "genus/base/parallel.h"
@@ -18,7 +19,7 @@ namespace {
 
 using Index = std::int32_t;
 
-constexpr int kMendRounds = 10;
+constexpr int kMendRounds = 10, kFirstRounds = 2;
 
 // What pairs of faces of a result do, by part of the search.
 struct Collisions {
@@ -303,7 +304,7 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
                                options.merge_coplanar, std::move(start), rounding, report);
     const bool saw_all = solved.saw_all;
     const std::vector<Index> touch_themselves = std::move(solved.touch_themselves);
-    const std::size_t most_faces = 2 * solved.faces.size() + 1000;
+    std::size_t least_bad = std::numeric_limits<std::size_t>::max();
     for (int round = 0;; ++round) {
         std::vector<Index> bad = find_collisions(solved, rounding.moved);
         if (bad.empty()) bad = find_turned_parts(solved, rounding);
@@ -314,7 +315,10 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
             return solved;
         }
         place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
-        if (round == kMendRounds || solved.faces.size() > most_faces) return std::nullopt;
+        // Thin parts that break up into ever more are helped by a coarser grid only.
+        const bool spreads = round >= kFirstRounds && bad.size() > 2 * least_bad;
+        if (round == kMendRounds || spreads) return std::nullopt;
+        least_bad = std::min(least_bad, bad.size());
         ++report.n_mended;
         const Soup again = as_soup(solved);
         const BooleanFormula itself = BooleanFormula::union_of(1);

@@ -48,7 +48,9 @@ Profile make_profile(const Region& region)
         for (const Vec2& p : polygon.outer) point.push_back(number(p));
         for (const Ring& hole : polygon.holes)
             for (const Vec2& p : hole) point.push_back(number(p));
-        for (const PolygonTriangle& t : triangulate(polygon))
+        // Corners in a row up to rounding make needles by any other method, and these turn over
+        // once the extrusion is moved.
+        for (const PolygonTriangle& t : triangulate(polygon, TriangulateMethod::Delaunay))
             profile.triangles.push_back({point[t[0]], point[t[1]], point[t[2]]});
     }
     return profile;

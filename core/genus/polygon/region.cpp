@@ -89,11 +89,19 @@ private:
         }
     }
 
+    // Chords of an arc. Where their number lies half-way, as of a right angle by sixths of a
+    // circle, rounding decides: they are counted by way of the sagitta, so that OpenSCAD's number
+    // comes out.
+    int chords(double angle) const
+    {
+        const double half = std::acos(1.0 - (1.0 - cos_degrees(180.0 / options_.fragments)));
+        return static_cast<int>(0.5 / half * angle + 0.5);
+    }
+
     void round(const Vec2& corner, const Vec2& before, const Vec2& after, double angle)
     {
-        constexpr double kDegrees = 57.29577951308232;  // 180 / pi
         const double step = 360.0 / options_.fragments;
-        const int steps = static_cast<int>(std::lround(angle * kDegrees / step));
+        const int steps = chords(angle);
         for (int k = 0; k < std::max(steps, 1); ++k) {
             const double c = cos_degrees(k * step), s = sin_degrees(k * step);
             add(corner, {{c * before[0] - s * before[1], s * before[0] + c * before[1]}},

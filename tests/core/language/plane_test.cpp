@@ -164,5 +164,27 @@ TEST(Import, ReadsAMeshBesideTheModel)
     fs::remove_all(folder);
 }
 
+// Slices of a part, turned back to where they were cut: their outlines have corners in a row up to
+// rounding, which no longer are in a row then.
+TEST(Plane, SlicesPutTogetherAgain)
+{
+    const std::string part =
+        "module part() { $fa = 30; difference() { sphere(r = 25);"
+        "  for (turn = [[0, 0, 0], [90, 0, 0], [0, 90, 0]])"
+        "    rotate(turn) cylinder(h = 62.5, r1 = 12.5, r2 = 6.25, center = true); } }"
+        "module slice(i) { rotate(-30, [1, 1, 0]) translate([0, 0, -i])"
+        "  linear_extrude(center = true, height = 0.5) projection(cut = true)"
+        "  translate([0, 0, i]) rotate(30, [1, 1, 0]) part(); }";
+    const auto meshed = [&](const std::string& call) {
+        const MeshedSolid slices = made(part + call);
+        EXPECT_LE(slices.error.measured, slices.error.bound) << call;
+        EXPECT_TRUE(validate(slices.mesh).ok()) << call;
+        return volume(slices.mesh);
+    };
+    double sum = 0.0;
+    for (int i = -20; i <= 20; i += 5) sum += meshed("slice(" + std::to_string(i) + ");");
+    EXPECT_NEAR(meshed("for (i = [-20 : 5 : 20]) slice(i);"), sum, 1e-9);
+}
+
 }  // namespace
 }  // namespace genus

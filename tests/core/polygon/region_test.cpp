@@ -222,6 +222,19 @@ TEST(Offset, OfASquareIsKnownForEveryJoin)
     EXPECT_NEAR(area(offset(square, 1, options)), 144.0 - 4 * cut * cut, 1e-9);
 }
 
+TEST(Offset, HasTheChordsOfOpenScadWhereTheirNumberIsHalfWay)
+{
+    // Its numbers for a right angle; 14 is the one that goes up.
+    const std::pair<int, std::size_t> chords[] = {{6, 1}, {10, 2}, {14, 4}, {18, 4}, {30, 7}};
+    for (const auto& [fragments, n] : chords) {
+        OffsetOptions options;
+        options.fragments = fragments;
+        const Region grown = offset(rectangle(0, 0, 3.16, 8), 1.7, options);
+        ASSERT_EQ(grown.rings.size(), 1u);
+        EXPECT_EQ(grown.rings[0].size(), 4 * (n + 1)) << fragments;
+    }
+}
+
 TEST(Offset, ClosesHolesSplitsNecksAndEmptiesThinParts)
 {
     const Region parts[] = {rectangle(0, 0, 10, 10), rectangle(4, 4, 2, 2)};
