@@ -173,7 +173,10 @@ inline Outcome try_tree(std::uint32_t seed, const Request& request)
         if (outcome.grid && outcome.grid->euler != outcome.euler && !outcome.touches) {
             *options.tolerance /= 8.0;
             options.measure = false;
-            outcome.grid->euler_finer = topology(mesh_solid(tree, options).mesh).euler;
+            try {
+                outcome.grid->euler_finer = topology(mesh_solid(tree, options).mesh).euler;
+            } catch (const ToleranceNotMet&) {  // then it stays without
+            }
         }
     }
     return outcome;
