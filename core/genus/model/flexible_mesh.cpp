@@ -82,7 +82,6 @@ std::int32_t FlexibleMesh::side(std::int32_t from, std::int32_t to) const
     visit_ring(from, [&](std::int32_t x) {
         if (this->to(x) == to) found = x;
     });
-    require(found >= 0, "surface mesh: vertices are no neighbours");
     return found;
 }
 

@@ -46,7 +46,7 @@ public:
     }
     /// The side itself, and one of each other edge at the same place.
     std::vector<std::int32_t> coincident(std::int32_t s) const;
-    /// The side from one vertex to a neighbour.
+    /// The side from one vertex to another, -1 if no edge joins them.
     std::int32_t side(std::int32_t from, std::int32_t to) const;
     /// Creases that end at a vertex: 0 inside a face, 2 on a curve, else a corner.
     int n_creases(std::int32_t v) const;

@@ -437,7 +437,10 @@ private:
         std::vector<std::array<std::int32_t, 2>> ends;
         for (const std::int32_t e : edges) ends.push_back({m_.from(e), m_.to(e)});
         std::vector<std::int32_t> middles;
-        for (const auto& [from, to] : ends) middles.push_back(insert(m_.side(from, to), *p));
+        for (const auto& [from, to] : ends) {
+            const std::int32_t e = m_.side(from, to);
+            if (e >= 0) middles.push_back(insert(e, *p));
+        }
         m_.note_touch(middles);
         return true;
     }
