@@ -15,10 +15,12 @@ namespace genus::python {
 
 namespace py = pybind11;
 
-/// Of each face of a boolean's result: its operand and the number of its face there.
-struct FaceOrigin {
+/// What a boolean of meshes tells of its result: of each face its operand and its number there, and
+/// what work it left out.
+struct MeshOrigin {
     std::vector<std::int32_t> operand;
     std::vector<std::int32_t> face;
+    Explanation explanation;
 };
 
 /// What Python sees as genus.Mesh: triangles that never change, and the record of the call that
@@ -28,7 +30,7 @@ struct Mesh {
     std::shared_ptr<const MeshedSolid> made;   // null for a mesh that was loaded or given
     double seconds = 0.0;                      // of that call, as its caller sees it
     bool was_measured = false;                 // and whether it sampled the error
-    std::shared_ptr<const FaceOrigin> origin;  // null unless a boolean of meshes made it
+    std::shared_ptr<const MeshOrigin> origin;  // null unless a boolean of meshes made it
     // Made when first asked for, with the interpreter lock held.
     mutable std::shared_ptr<const Topology> topology;
     mutable std::optional<Measures> measures;

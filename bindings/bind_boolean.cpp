@@ -12,6 +12,7 @@
 #include "genus/boolean/operand_cache.h"
 #include "genus/boolean/split.h"
 #include "genus/mesh/hull.h"
+#include "genus/model/boolean_road.h"
 #include "genus/model/construct.h"
 #include "long_call.h"
 
@@ -33,8 +34,8 @@ OperandCache& known_operands()
 Mesh to_mesh(MeshBooleanResult result)
 {
     Mesh mesh(std::move(result.mesh));
-    mesh.origin = std::make_shared<const FaceOrigin>(
-        FaceOrigin{std::move(result.operand), std::move(result.source_face)});
+    mesh.origin = std::make_shared<const MeshOrigin>(MeshOrigin{
+        std::move(result.operand), std::move(result.source_face), explain_boolean(result.report)});
     if (result.clean) known_operands().find(mesh.triangles, true);
     return mesh;
 }
@@ -254,7 +255,7 @@ py::tuple split_mesh(const Mesh& mesh, const VectorLike& normal, double offset)
     return py::make_tuple(to_mesh(std::move(parts.below)), to_mesh(std::move(parts.above)));
 }
 
-py::object numbers_of(const Mesh& mesh, std::vector<std::int32_t> FaceOrigin::*numbers)
+py::object numbers_of(const Mesh& mesh, std::vector<std::int32_t> MeshOrigin::*numbers)
 {
     if (!mesh.origin) return py::none();
     py::array array = to_array((*mesh.origin).*numbers);
@@ -346,11 +347,11 @@ void bind_boolean(py::module_& m, py::class_<Mesh>& mesh)
         .def("__and__", &combine<&BooleanFormula::intersection_of>, py::is_operator())
         .def_property_readonly(
             "source_operand",
-            [](const Mesh& self) { return numbers_of(self, &FaceOrigin::operand); },
+            [](const Mesh& self) { return numbers_of(self, &MeshOrigin::operand); },
             R"((m,) int32: of each face of a boolean's result, the operand that it comes from; None
 for other meshes.)")
         .def_property_readonly(
-            "source_face", [](const Mesh& self) { return numbers_of(self, &FaceOrigin::face); },
+            "source_face", [](const Mesh& self) { return numbers_of(self, &MeshOrigin::face); },
             "(m,) int32: the number of that face in its operand; None for other meshes.")
         .def("split", &split_mesh, py::arg("normal"), py::arg("offset") = 0.0,
              R"(The two closed parts into which a plane cuts the solid inside: where

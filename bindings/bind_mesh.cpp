@@ -38,7 +38,8 @@ void bind_copies(py::class_<Mesh>& cls)
 
 py::object explanation(const Mesh& mesh)
 {
-    return mesh.made ? py::cast(mesh.made->explanation) : py::none();
+    if (mesh.made) return py::cast(mesh.made->explanation);
+    return mesh.origin ? py::cast(mesh.origin->explanation) : py::none();
 }
 
 py::object error_report(const Mesh& mesh)

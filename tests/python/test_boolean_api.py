@@ -159,6 +159,35 @@ def test_a_mesh_that_comes_up_again_gives_the_same_bits():
         assert np.array_equal(fresh.faces, again.faces)
 
 
+def left_out(made):
+    """The counts of what a call had no need to do, by name."""
+    return {what: count for what, count, _ in made.explain().entries}
+
+
+def test_a_boolean_of_meshes_tells_what_it_left_out():
+    ball = genus.icosphere(1.0, 8)
+    far = genus.Mesh(ball.vertices + [5, 0, 0], ball.faces)
+    apart = left_out(genus.union([ball, far]))
+    assert apart["clusters of parts that are apart solved alone"] == 2
+    assert apart["faces that nothing touches passed through"] == 2 * len(ball)
+    assert "operands known from an earlier call" not in apart
+    tool = genus.cube(0.2).translate([0.9, 0, 0]).mesh()
+    first, second = left_out(ball - tool), left_out(ball - tool)
+    assert first["operands known from an earlier call"] == 1
+    assert second["operands known from an earlier call"] == 2
+    assert second["operands known not to cross themselves"] == 2
+    assert 0 < first["faces that nothing touches passed through"] < len(ball)
+
+
+def test_instances_of_a_solid_share_its_mesh():
+    part = genus.solid(genus.hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]))
+    three = part + part.translate([0.2, 0.2, 0.2]) + part.translate([5, 0, 0])
+    told = left_out(three.mesh())
+    assert told["operands that share the mesh of an equal one"] == 2
+    assert told["nested operators flattened"] == 1
+    assert told["clusters of parts that are apart solved alone"] == 2
+
+
 def test_faces_know_where_they_come_from():
     result = A - B
     assert result.source_operand.dtype == np.int32

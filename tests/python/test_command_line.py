@@ -59,6 +59,26 @@ def test_build_json_and_report_files(run, model, tmp_path):
     assert "left out" in table.stdout
 
 
+def test_explain_counts_what_was_left_out(run, tmp_path):
+    model = tmp_path / "m.scad"
+    model.write_text(
+        "module part() { difference() { cube(2); translate([50, 0, 0]) cube(1); } }"
+        "union() { union() { part(); translate([1, 1, 1]) part(); } translate([20, 0, 0]) part(); }"
+    )
+    told = run("build", model, "-o", tmp_path / "m.stl", "--explain").stdout
+    left_out = [line.split() for line in told.split("left out\n")[1].splitlines()]
+    # What each module takes away misses; one union lies in another; two cubes meet in three of
+    # their faces each, which are two triangles; the third is alone.
+    counts = {" ".join(row[:-2]): (int(row[-2]), row[-1]) for row in left_out}
+    assert counts.pop("transforms folded into leaves")[1] == "nodes"
+    assert counts == {
+        "nested operators flattened": (1, "nodes"),
+        "part outside the reach of the operators above": (3, "leaves"),
+        "faces that nothing touches passed through": (24, "faces"),
+        "clusters of parts that are apart solved alone": (2, "clusters"),
+    }
+
+
 def test_build_echo_and_csg(run, tmp_path):
     model = tmp_path / "m.scad"
     model.write_text('echo(answer = 6 * 7, name = "x"); translate([1, 2, 3]) cube(4);')

@@ -453,6 +453,19 @@ Attempt attempt(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
 
 }  // namespace
 
+Explanation explain_boolean(const MeshBooleanReport& report)
+{
+    Explanation e;
+    e.add("faces that nothing touches passed through", report.n_passive_faces, "faces");
+    e.add("faces where they cannot matter not cut", report.n_buried_faces, "faces");
+    e.add("clusters of parts that are apart solved alone",
+          report.n_clusters > 1 ? report.n_clusters : 0, "clusters");
+    e.add("groups of neighbours united first", report.n_steps, "groups");
+    e.add("operands known from an earlier call", report.n_known, "operands");
+    e.add("operands known not to cross themselves", report.n_known_clean, "operands");
+    return e;
+}
+
 void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
                      MeshedSolid& result)
 {
@@ -501,8 +514,8 @@ void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& me
     }
     result.explanation.add("operands that share the mesh of an equal one", a.scene.n_shared,
                            "operands");
-    result.explanation.add("faces that nothing touches passed through", report.n_passive_faces,
-                           "faces");
+    for (const Explanation::Entry& e : explain_boolean(report).entries)
+        result.explanation.add(e.what, e.count, e.unit);
     result.mesh = std::move(a.made.mesh);
 }
 

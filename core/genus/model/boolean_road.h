@@ -26,6 +26,9 @@ struct SmoothMesh {
 /// Makes such a mesh of a smooth solid, or of a lone freeform one, to a tolerance.
 using SmoothMesher = std::function<SmoothMesh(const Solid& smooth, double tolerance)>;
 
+/// What a boolean had no need to do.
+Explanation explain_boolean(const MeshBooleanReport& report);
+
 /// A tree as operands and a formula for mesh_boolean. A polyhedral leaf is one operand, with its
 /// transforms applied; smooth parts of one operator are one operand together, so that their common
 /// edges stay exact. The closed surfaces of a freeform part are an operand each, united. Faces turn

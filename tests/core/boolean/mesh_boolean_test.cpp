@@ -156,6 +156,12 @@ TEST(MeshBoolean, CoplanarCylindersAndATorus)
     const IndexedMesh all = genus::unite(std::vector{disc, hub, ring});
     expect_sound(all);
     EXPECT_EQ(parts_of(all), 1);
+    EXPECT_EQ(genus_of(all), 0);
+    double v = volume(disc) + volume(hub) + volume(ring) - volume(intersect(disc, hub)) -
+               volume(intersect(disc, ring)) - volume(intersect(hub, ring));
+    v += volume(genus::intersect(std::vector{disc, hub, ring}));
+    EXPECT_NEAR(volume(all), v, 1e-12);
+    EXPECT_NEAR(volume(all), 36.109498837576787, 1e-12);
 }
 
 TEST(MeshBoolean, BallWithBoresARingAndCoplanarDiscs)
@@ -219,7 +225,11 @@ TEST(MeshBoolean, MengerSponge)
                 parts.push_back(box({{-0.1, a, b}}, {{1.1, a + s, b + s}}));
             }
         const auto n_parts = static_cast<std::int32_t>(parts.size());
-        const IndexedMesh sponge = mesh_boolean(parts, BooleanFormula::difference_of(n_parts)).mesh;
+        const MeshBooleanResult result =
+            mesh_boolean(parts, BooleanFormula::difference_of(n_parts));
+        const IndexedMesh& sponge = result.mesh;
+        // Most of what crosses is left, so that groups of prisms would be made for nothing.
+        EXPECT_EQ(result.report.n_steps, 0);
         const Topology t = topology(sponge);
         EXPECT_EQ(t.genus.value_or(-1), genus_at[depth - 1]);
         EXPECT_EQ(t.components.size(), 1u);
@@ -288,6 +298,72 @@ TEST(MeshBoolean, TouchingPartsGetCornersOfTheirOwn)
     const IndexedMesh on_face = unite(cube(1.0), spike);
     expect_sound(on_face);
     EXPECT_EQ(parts_of(on_face), 2);
+}
+
+// A quadrangle meets another once, whichever way both are cut into triangles.
+TEST(MeshBoolean, PlatesMeetOnce)
+{
+    const IndexedMesh a = cube(1.0);
+    for (int turn = 0; turn < 4; ++turn) {
+        IndexedMesh b = moved(cube(1.0), {{0.5, 0.25, 0.125}});
+        // Other diagonals.
+        for (std::size_t f = 0; f < b.faces.size() && turn % 2 == 1; f += 2) {
+            Triangle& t = b.faces[f];
+            Triangle& u = b.faces[f + 1];
+            const auto shared = [&](std::int32_t v) { return v == u[0] || v == u[1] || v == u[2]; };
+            while (shared(t[0])) std::rotate(t.begin(), t.begin() + 1, t.end());
+            while (u[0] == t[1] || u[0] == t[2]) std::rotate(u.begin(), u.begin() + 1, u.end());
+            t = {t[0], t[1], u[0]};
+            u = {t[0], u[0], u[1] == t[1] ? u[2] : u[1]};
+        }
+        const std::vector<IndexedMesh> both =
+            turn < 2 ? std::vector<IndexedMesh>{a, b} : std::vector<IndexedMesh>{b, a};
+        const MeshBooleanResult r = mesh_boolean(both, BooleanFormula::union_of(2));
+        expect_sound(r.mesh);
+        // Three faces of one cube cross two of the other each.
+        EXPECT_EQ(r.report.n_contacts, 6);
+        EXPECT_EQ(r.report.n_new_points, 6);
+        EXPECT_NEAR(volume(r.mesh), 2.0 - 0.5 * 0.75 * 0.875, 1e-14);
+        EXPECT_EQ(r.mesh.vertices.size(), 20u);
+    }
+}
+
+// A part that shares two opposite corners of a square with it touches it along its diagonal, though
+// all its other corners lie on one side (seed 104670 of the random formulas).
+TEST(MeshBoolean, PartOnTheDiagonalOfASquare)
+{
+    for (const bool along : {false, true}) {
+        SCOPED_TRACE(along);
+        IndexedMesh mesh = cube(1.0);
+        const auto n = static_cast<std::int32_t>(mesh.vertices.size());
+        mesh.vertices.push_back({{0.3, 0.7, 2.0}});
+        mesh.vertices.push_back({{0.7, 0.3, 2.0}});
+        // The top has the corners 4, 5, 7, 6.
+        const std::int32_t a = along ? 5 : 4;
+        const std::int32_t c = along ? 6 : 7;
+        const std::int32_t e = along ? n + 1 : n;
+        if (along) {
+            mesh.vertices[n] = {{0.3, 0.3, 2.0}};
+            mesh.vertices[n + 1] = {{0.7, 0.7, 2.0}};
+        }
+        const std::int32_t f = 2 * n + 1 - e;
+        const IndexedMesh part =
+            tetrahedron(mesh.vertices[a], mesh.vertices[c], mesh.vertices[e], mesh.vertices[f]);
+        const std::array<std::int32_t, 4> number{a, c, e, f};
+        for (const Triangle& t : part.faces) {
+            Triangle corners;
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < 4; ++k)
+                    if (part.vertices[t[i]] == mesh.vertices[number[k]]) corners[i] = number[k];
+            mesh.faces.push_back(corners);
+        }
+        const std::vector<IndexedMesh> one{mesh};
+        const IndexedMesh sum = genus::unite(one);
+        expect_sound(sum);
+        EXPECT_EQ(parts_of(sum), 2);
+        EXPECT_EQ(genus_of(sum), 0);
+        EXPECT_NEAR(volume(sum), 1.0 + volume(part), 1e-15);
+    }
 }
 
 TEST(MeshBoolean, DisjointPartsPassThrough)
