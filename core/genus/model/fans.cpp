@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "genus/mesh/sides.h"
 
@@ -66,10 +67,12 @@ bool pair_sides(const IndexedMesh& mesh, const TriangleSides& sides,
 }
 
 // The fan of each corner, named by the least of its corners, numbered as the sides that start
-// there; and the vertices at edges of more than two faces.
+// there; the vertices at edges of more than two faces; and of such edges those that several pairs
+// of faces have in one fan at either end, so that no choice of fans takes them apart.
 struct Fans {
     std::vector<std::int32_t> of_corner;
     std::vector<char> at_complex_edge;
+    std::vector<std::vector<std::int32_t>> inseparable;  // the sides there
 };
 
 std::optional<Fans> find_fans(const IndexedMesh& mesh, Wedge wedge)
@@ -79,13 +82,15 @@ std::optional<Fans> find_fans(const IndexedMesh& mesh, Wedge wedge)
         make_edge_table(sides, mesh.n_vertices(), [](std::size_t) { return false; });
     std::vector<std::int32_t> twin(sides.n_sides(), -1);
     Fans fans;
+    std::vector<std::vector<std::int32_t>> complex_edges;
     fans.at_complex_edge.assign(mesh.n_vertices(), 0);
     for (std::size_t e = 0; e < edges.n_edges(); ++e) {
         const auto first = edges.sides.begin() + edges.starts[e];
         const auto last = edges.sides.begin() + edges.starts[e + 1];
         if (!pair_sides(mesh, sides, std::span(first, last), wedge, twin)) return std::nullopt;
-        if (last - first > 2)
-            fans.at_complex_edge[sides.from(*first)] = fans.at_complex_edge[sides.to(*first)] = 1;
+        if (last - first == 2) continue;
+        fans.at_complex_edge[sides.from(*first)] = fans.at_complex_edge[sides.to(*first)] = 1;
+        complex_edges.emplace_back(first, last);
     }
     // Corners of one fan are joined across sides.
     std::vector<std::int32_t>& fan = fans.of_corner;
@@ -102,7 +107,46 @@ std::optional<Fans> find_fans(const IndexedMesh& mesh, Wedge wedge)
         fan[std::max(here, there)] = std::min(here, there);
     }
     for (std::size_t s = 0; s < fan.size(); ++s) fan[s] = find(static_cast<std::int32_t>(s));
+    for (std::vector<std::int32_t>& edge : complex_edges) {
+        std::vector<std::pair<std::int32_t, std::int32_t>> ends;
+        for (const std::int32_t s : edge)
+            if (sides.from(s) < sides.to(s)) ends.emplace_back(fan[s], fan[sides.next(s)]);
+        std::sort(ends.begin(), ends.end());
+        if (std::adjacent_find(ends.begin(), ends.end()) != ends.end())
+            fans.inseparable.push_back(std::move(edge));
+    }
     return fans;
+}
+
+// Puts a vertex in the middle of those edges, at most one a face.
+void halve_edges(SurfaceMesh& surface, const std::vector<std::vector<std::int32_t>>& edges)
+{
+    IndexedMesh& mesh = surface.mesh;
+    std::vector<char> used(mesh.n_faces(), 0);
+    for (const std::vector<std::int32_t>& edge : edges) {
+        if (std::any_of(edge.begin(), edge.end(), [&](std::int32_t s) { return used[s / 3] != 0; }))
+            continue;
+        const auto corner = [&](std::int32_t s, int by) {
+            return mesh.faces[s / 3][(s % 3 + by) % 3];
+        };
+        const std::int32_t a = corner(edge[0], 0), b = corner(edge[0], 1);
+        const auto m = static_cast<std::int32_t>(mesh.n_vertices());
+        mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+        surface.cell_size.push_back(std::min(surface.cell_size[a], surface.cell_size[b]));
+        std::vector<std::int32_t> on;
+        for (const std::int32_t s : edge) on.push_back(surface.surface_of_face[s / 3] >> 1);
+        std::sort(on.begin(), on.end());
+        on.erase(std::unique(on.begin(), on.end()), on.end());
+        on.resize(3, -1);
+        surface.surfaces_of_vertex.push_back({on[0], on[1], on[2]});
+        for (const std::int32_t s : edge) {
+            used[s / 3] = 1;
+            const Triangle second{m, corner(s, 1), corner(s, 2)};
+            mesh.faces[s / 3][(s % 3 + 1) % 3] = m;
+            mesh.faces.push_back(second);
+            surface.surface_of_face.push_back(std::int32_t(surface.surface_of_face[s / 3]));
+        }
+    }
 }
 
 }  // namespace
@@ -110,7 +154,11 @@ std::optional<Fans> find_fans(const IndexedMesh& mesh, Wedge wedge)
 bool separate_fans(SurfaceMesh& surface)
 {
     IndexedMesh& mesh = surface.mesh;
-    const std::optional<Fans> fans = find_fans(mesh, Wedge::Matter);
+    std::optional<Fans> fans = find_fans(mesh, Wedge::Matter);
+    while (fans && !fans->inseparable.empty()) {
+        halve_edges(surface, fans->inseparable);
+        fans = find_fans(mesh, Wedge::Matter);
+    }
     if (!fans) return false;
     const std::size_t n = mesh.n_vertices();
     std::vector<std::int32_t> touch(n, -1);

@@ -64,6 +64,21 @@ TEST(Touching, EdgesEndWhereTheSolidGoesOn)
     EXPECT_NEAR(cut.volume, ball / 2, error);
 }
 
+// The solid goes on round both ends of an edge that no cell cuts: once a mesh whose vertices there
+// could not tell the two wedges apart.
+TEST(Touching, AShortEdgeTouchesBetweenEndsThatDoNot)
+{
+    for (const double height : {0.3, 0.01, 0.001}) {
+        SCOPED_TRACE(height);
+        const Solid slab = cube({{2.0, 2.0, 1.0 - height}});
+        const Solid above = transformed(slab, translation({{-1.0, -1.0, height}}));
+        const Solid below = transformed(slab, translation({{-1.0, -1.0, -1.0}}));
+        const Measures whole =
+            expect_certified(unite({two_quarters(), above, below}), 0.05, {1, 0});
+        EXPECT_NEAR(whole.volume, 8.0 - 4.0 * height, 1e-12);
+    }
+}
+
 TEST(Touching, OctantsMeetInThreeAxesAndOnePoint)
 {
     const Solid above = half_space({{0, 0, -1}}, 0.0), below = half_space({{0, 0, 1}}, 0.0);
