@@ -11,12 +11,12 @@ wrong anywhere.
 
 from __future__ import annotations
 
-import argparse
 import sys
 
 import genus
 import manifold3d
 import numpy as np
+from rounds import run_rounds
 
 Arrays = tuple[np.ndarray, np.ndarray]
 POINTS = 4000
@@ -145,20 +145,5 @@ def try_seed(seed: int) -> str:
     return "manifold3d wrong" if wrong[1] else "differ by less than the points show"
 
 
-def main() -> int:
-    """Counts of outcomes."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=10_000)
-    parser.add_argument("--first", type=int, default=0)
-    args = parser.parse_args()
-    counts: dict[str, int] = {}
-    for seed in range(args.first, args.first + args.rounds):
-        kind = try_seed(seed)
-        counts[kind] = counts.get(kind, 0) + 1
-    for kind, count in sorted(counts.items()):
-        print(f"{count:8d}  {kind}")
-    return 1 if counts.get("genus wrong") else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_rounds(try_seed, __doc__, 10_000, "genus wrong"))

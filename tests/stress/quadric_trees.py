@@ -11,7 +11,6 @@ agree; or the finer forms do; or none of these. Exit status 1 if any is of the l
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 import genus
 import manifold3d
 import numpy as np
+from rounds import run_rounds
 
 COARSE = 1 / 200  # of the diagonal
 FINER = 1 / 8
@@ -175,20 +175,5 @@ def try_seed(seed: int) -> str:
     return reason if not reason.startswith("still") else "differ"
 
 
-def main() -> int:
-    """Counts of outcomes."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=1000)
-    parser.add_argument("--first", type=int, default=0)
-    args = parser.parse_args()
-    counts: dict[str, int] = {}
-    for seed in range(args.first, args.first + args.rounds):
-        kind = try_seed(seed)
-        counts[kind] = counts.get(kind, 0) + 1
-    for kind, count in sorted(counts.items()):
-        print(f"{count:8d}  {kind}")
-    return 1 if counts.get("differ") else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_rounds(try_seed, __doc__, 1000, "differ"))
