@@ -182,7 +182,7 @@ void PlanarTriangulation::split_cell(int cell, int point)
     relink(c.neighbor[1], cell, second);
     relink(c.neighbor[2], cell, third);
     doubtful_.assign({{cell, 0}, {second, 0}, {third, 0}});
-    legalize_round_new_point();
+    legalize(1000, true);
 }
 
 void PlanarTriangulation::split_edge(int cell, int edge, int point)
@@ -215,7 +215,7 @@ void PlanarTriangulation::split_edge(int cell, int edge, int point)
         doubtful_.push_back({other, 2});
         doubtful_.push_back({far, 1});
     }
-    legalize_round_new_point();
+    legalize(1000, true);
 }
 
 bool PlanarTriangulation::convex(int cell, int edge) const
@@ -275,11 +275,12 @@ void PlanarTriangulation::flip(int cell, int edge)
     relink(c.neighbor[next(i)], cell, other);
 }
 
-// Of the doubtful cells the new point is the corner opposite to the doubtful edge; a flip makes two
-// more of that kind.
-void PlanarTriangulation::legalize_round_new_point()
+// Flips what is badly shaped of the doubtful edges and of those that become so. With `is_new_point`
+// each doubtful cell has a new point opposite to its edge, and so have the two that a flip makes;
+// their other edges end in that point and are as they should be.
+void PlanarTriangulation::legalize(std::size_t budget, bool is_new_point)
 {
-    for (int budget = 1000; !doubtful_.empty() && budget > 0;) {
+    while (!doubtful_.empty() && budget > 0) {
         const auto [cell, edge] = doubtful_.back();
         doubtful_.pop_back();
         if (!badly_shaped(cell, edge)) continue;
@@ -287,7 +288,9 @@ void PlanarTriangulation::legalize_round_new_point()
         flip(cell, edge);
         --budget;
         doubtful_.push_back({cell, 0});
+        if (!is_new_point) doubtful_.push_back({cell, 2});
         doubtful_.push_back({other, 0});
+        if (!is_new_point) doubtful_.push_back({other, 1});
     }
 }
 
@@ -297,18 +300,7 @@ void PlanarTriangulation::improve()
     for (int cell = 0; cell < static_cast<int>(cells_.size()); ++cell)
         for (int i = 0; i < 3; ++i)
             if (cells_[cell].neighbor[i] > cell) doubtful_.push_back({cell, i});
-    for (std::size_t budget = 20 * cells_.size(); !doubtful_.empty() && budget > 0;) {
-        const auto [cell, edge] = doubtful_.back();
-        doubtful_.pop_back();
-        if (!badly_shaped(cell, edge)) continue;
-        const int other = cells_[cell].neighbor[edge];
-        flip(cell, edge);
-        --budget;
-        doubtful_.push_back({cell, 0});
-        doubtful_.push_back({cell, 2});
-        doubtful_.push_back({other, 0});
-        doubtful_.push_back({other, 1});
-    }
+    legalize(20 * cells_.size(), false);
 }
 
 // Calls visit(cell, index of point in cell) for all cells at `point` until it returns true.

@@ -76,7 +76,7 @@ private:
     bool convex(int cell, int edge) const;
     bool badly_shaped(int cell, int edge) const;
     void flip(int cell, int edge);
-    void legalize_round_new_point();
+    void legalize(std::size_t budget, bool is_new_point);
     int advance(int a, int b, int carrier);
     void clear_way(std::vector<std::array<int, 2>>& crossed, int a, int b);
     template <class F>
