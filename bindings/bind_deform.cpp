@@ -319,6 +319,43 @@ void bind_folds(py::module_& m)
         });
 }
 
+const char* kind_of(const OneToOneReport& r)
+{
+    return r.kind == OneToOneReport::Kind::Yes  ? "yes"
+           : r.kind == OneToOneReport::Kind::No ? "no"
+                                                : "undecided";
+}
+
+void bind_one_to_one(py::module_& m)
+{
+    py::class_<OneToOneReport>(m, "OneToOneReport",
+                               "Whether a deformation takes two points to one place.")
+        .def_property_readonly("kind", &kind_of,
+                               "\"yes\" (it is one to one, proven), \"no\" or \"undecided\".")
+        .def_property_readonly(
+            "points",
+            [](const OneToOneReport& r) {
+                return to_array(std::vector<Vec3>(r.points.begin(), r.points.end()));
+            },
+            "(2, 3): for \"no\" two points that go to one place, before the deformation; for "
+            "\"undecided\" where it\ncame down to.")
+        .def_readonly("bound", &OneToOneReport::bound,
+                      "For \"no\": the exact second point is within this of the one given.")
+        .def("__repr__", [](const OneToOneReport& r) {
+            return std::string("<genus.OneToOneReport: ") + kind_of(r) + ">";
+        });
+}
+
+Box3 lattice_box(const Lattice& lattice)
+{
+    Box3 box;
+    for (int corner = 0; corner < 8; ++corner)
+        box.add(
+            lattice.global({{static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1),
+                             static_cast<double>(corner >> 2 & 1)}}));
+    return box;
+}
+
 }  // namespace
 
 void bind_lattices(py::module_& m, py::class_<Solid>& solid)
@@ -410,6 +447,22 @@ Points outside stay where they are. The array `points` may be written to, in pla
             },
             py::arg("max_boxes") = 20000,
             "Where the deformation turns space inside out, if anywhere: a FoldReport.")
+        .def(
+            "one_to_one",
+            [](PyLattice& l, const py::object& box, int max_pairs) {
+                const Box3 where = box.is_none() ? lattice_box(l.lattice) : box_of(box);
+                return long_call(
+                    [&, lattice = l.current()] { return lattice.one_to_one(where, max_pairs); });
+            },
+            py::arg("box") = py::none(), py::arg("max_pairs") = 200000,
+            R"(Whether two points of a box, (2, 3) or that of a thing, go to one place: a OneToOneReport.
+
+Without a box: of the whole lattice. Points outside of the lattice do not count.
+
+>>> lattice = genus.Lattice([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+>>> lattice.points[1:3, 1:3, 1:3] += [0.1, 0, 0]
+>>> lattice.one_to_one().kind
+'yes')")
         .def("fit", &fit_in_place, py::arg("points"), py::arg("targets"),
              py::arg("weights") = py::none(), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("regularisation") = 0.0, py::arg("keep_border") = -1,
@@ -437,6 +490,7 @@ regularisation : weight of the squared moves; keep_border : layers k + 1 that re
                    " x " + std::to_string(b) + " x " + std::to_string(n) + " points>";
         });
     bind_folds(m);
+    bind_one_to_one(m);
     bind_fit(m);
     solid.def(
         "deform",

@@ -59,6 +59,7 @@ py::dict error_values(const ErrorReport& error, bool was_measured)
     py::dict d;
     d["bound"] = error.bound;
     d["certified"] = error.certified;
+    d["doubt"] = error.doubt;
     d["measured"] = was_measured ? py::cast(error.measured) : py::none();
     d["parts"] = to_dict(error.parts);
     return d;
@@ -108,6 +109,8 @@ void bind_reports(py::module_& m)
         .def_property_readonly(
             "parts", [](const ErrorReport& e) { return to_dict(e.parts); },
             "Share of each cause in the bound, model units, largest first.")
+        .def_readonly("doubt", &ErrorReport::doubt,
+                      "What is not proven, and near which place; empty if certified.")
         .def("__repr__", [](const ErrorReport& e) {
             return "<genus.ErrorReport: bound " + to_text(e.bound) + ", measured " +
                    to_text(e.measured) + (e.certified ? ", certified>" : ", estimated>");

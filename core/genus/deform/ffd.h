@@ -24,8 +24,20 @@ struct FoldReport {
         Undecided  ///< it comes so close to zero that rounding or the budget left it open
     };
     Kind kind = Kind::None;
-    Vec3 where;          // a point with negative determinant, before the deformation
-    double determinant;  // Folded: at `where`; None: a lower bound
+    Vec3 where;                // a point with negative determinant, before the deformation
+    double determinant = 0.0;  // Folded: at `where`; None: a lower bound
+};
+
+/// Whether a deformation takes two points to one place.
+struct OneToOneReport {
+    enum class Kind {
+        Yes,       ///< proven that it does not
+        No,        ///< it does: `points` are two, far apart beside `bound`
+        Undecided  ///< the budget left it open; `points` are places it came down to
+    };
+    Kind kind = Kind::Yes;
+    std::array<Vec3, 2> points;  // before the deformation
+    double bound = 0.0;  // No: the exact second point is within this of points[1], model units
 };
 
 struct InversePoint {
@@ -127,12 +139,17 @@ public:
     /// boxes that are halved until they agree in sign. `max_boxes` bounds the work.
     FoldReport folds(int max_boxes = 20000) const;
 
-    /// True if it is proven that no two points of a box of space are taken to one place: halves of
-    /// the box are compared, and halves of these, until their images are apart, or all differences
-    /// of the map over the hull of both are matrices about one that can be inverted. False means
-    /// that it is not so, or that `max_pairs` did not suffice. With a border that rests, no folds
-    /// are enough: then the lattice maps its box onto itself.
-    bool one_to_one(const Box3& x, int max_pairs = 20000) const;
+    /// Whether two points of a box of space, as far as it lies in the lattice, are taken to one
+    /// place. Where the Jacobian determinant keeps its sign all over the box, the map is one to one
+    /// if it is on the surface of the box: every point then counts the same in the degree of the
+    /// map, which is that of its boundary. Rectangles of the surface are compared in pairs, and
+    /// their halves, until a plane separates their images, or all differences of the map over the
+    /// hull of both are matrices about one that can be inverted. Points that meet are found by
+    /// Newton's method and proven by Krawczyk's test.
+    ///
+    /// Implements [meisters1963] (from the boundary to the whole).
+    /// `max_pairs` bounds the work, by about 10 microseconds a pair at degree 3.
+    OneToOneReport one_to_one(const Box3& x, int max_pairs = 200000) const;
 
     /// The point that the deformation takes to y: Newton's method from y, then from boxes whose
     /// hull of control points holds y; existence and uniqueness nearby by Krawczyk's test.
@@ -164,7 +181,17 @@ private:
     Box3 local_box(const Box3& x) const;
     std::array<IntervalVec3, 3> derivative_bounds(const std::vector<Piece>& pieces,
                                                   const Box3& stu) const;
-    bool regular(const std::vector<Piece>& pieces, const Box3& stu) const;
+    double local_determinant(const Vec3& stu) const;
+    FoldReport folds_in(const Box3& stu, double sign, int max_boxes) const;
+    bool folds_by_coefficients(const Piece& piece, const Box3& box, double sign, int& max_boxes,
+                               FoldReport& report) const;
+    bool folds_by_slopes(const std::vector<Piece>& pieces, const Box3& box, double sign,
+                         int& max_boxes, FoldReport& report) const;
+    double least_determinant(const std::vector<Piece>& pieces, const Box3& stu) const;
+    OneToOneReport meeting_at_fold(const Box3& stu, const Vec3& positive,
+                                   const Vec3& negative) const;
+    std::optional<OneToOneReport> meeting(const Box3& stu, const Vec3& p, const Vec3& start) const;
+    class Surface;
     std::optional<Vec3> newton(const Vec3& y, Vec3 stu, int& steps) const;
     double certify(const Vec3& y, const Vec3& stu) const;
 

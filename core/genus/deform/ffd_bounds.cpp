@@ -70,6 +70,7 @@ std::array<IntervalVec3, 3> Lattice::derivative_bounds(const std::vector<Piece>&
         for (int a = 0; a < 3; ++a) {
             const auto slope = derivative_of(net, a);
             const double width = box.max[at(a)] - box.min[at(a)];
+            if (width == 0.0) continue;
             for (std::size_t c = 0; c < 3; ++c) {
                 Interval range(slope.c[0][c]);
                 double largest = 0.0;

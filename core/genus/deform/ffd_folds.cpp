@@ -5,7 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include "genus/base/error.h"
 #include "genus/base/progress.h"
 #include "genus/deform/lattice_net.h"
 
@@ -59,9 +58,12 @@ Net3<double> empty_product(const Net3<double>& a, const Net3<double>& b)
     return p;
 }
 
-double work_of(const Net3<double>& a, const Net3<double>& b)
+// What the products of a determinant cost, in multiplications.
+double work_of(const Net3<Vec3>& f)
 {
-    return static_cast<double>(a.c.size()) * static_cast<double>(b.c.size());
+    double work = 8.0;
+    for (const int n : f.n) work *= static_cast<double>(n) * n;
+    return work;
 }
 
 struct Determinant {
@@ -86,7 +88,6 @@ Determinant determinant_of(const Net3<Vec3>& f)
         magnitude *= largest;
     }
     const auto first = empty_product(d[1][0], d[2][0]);
-    require(work_of(d[0][0], first) <= 2e9, "Lattice::folds: the degree is too high");
     Net3<double> sum = empty_product(d[0][0], first);
     for (std::size_t c = 0; c < 3; ++c) {
         current_progress().check();
@@ -106,116 +107,171 @@ struct SignBox {
     Box3 box;
 };
 
+// Where a coefficient at a corner, which is a value, is below zero: a point slightly inside, so
+// that rounding does not carry it over the border.
+template <class F>
+std::optional<Vec3> negative_corner(const SignBox& b, double noise, const F& determinant_at)
+{
+    for (int corner = 0; corner < 8; ++corner) {
+        std::size_t i = 0;
+        Vec3 s;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const bool high = (corner >> a & 1) != 0;
+            i += high ? b.net.stride(static_cast<int>(a)) * at(b.net.n[a] - 1) : 0;
+            s[a] = high ? b.box.max[a] : b.box.min[a];
+        }
+        if (b.net.c[i] >= -noise) continue;
+        const Vec3 inside = bernstein::mix(s, b.box.center(), 0x1p-30);
+        if (determinant_at(inside) < 0.0) return inside;
+    }
+    return std::nullopt;
+}
+
 }  // namespace
+
+double Lattice::local_determinant(const Vec3& stu) const
+{
+    return determinant(local_derivative(stu));
+}
 
 FoldReport Lattice::folds(int max_boxes) const
 {
     const double orientation = determinant(axes_);
+    FoldReport report = folds_in(Box3{{}, {{1, 1, 1}}}, orientation > 0.0 ? 1.0 : -1.0, max_boxes);
+    report.determinant /= std::fabs(orientation);
+    return report;
+}
+
+FoldReport Lattice::folds_in(const Box3& stu, double sign, int max_boxes) const
+{
+    constexpr double kMostWork = 1e9;
     FoldReport report;
     report.determinant = std::numeric_limits<double>::infinity();
-    int boxes = 0;
-    for (const Piece& piece : pieces()) {
-        double cell = 1.0;  // derivatives by the piece's own parameters are smaller by this
-        for (std::size_t k = 0; k < 3; ++k) cell *= piece.box.max[k] - piece.box.min[k];
-        const double scale = orientation * cell;
-        const Determinant det = determinant_of(piece.net);
-        const double noise = det.noise / std::fabs(scale);
-        std::vector<SignBox> stack = {{det.net, piece.box}};
-        for (double& x : stack[0].net.c) x /= scale;
-        while (!stack.empty()) {
-            current_progress().check();
-            SignBox b = std::move(stack.back());
-            stack.pop_back();
-            const double least = *std::min_element(b.net.c.begin(), b.net.c.end());
-            if (least > noise) {
-                report.determinant = std::min(report.determinant, least - noise);
-                continue;
-            }
-            // Corner coefficients are values.
-            for (int corner = 0; corner < 8; ++corner) {
-                std::size_t i = 0;
-                Vec3 s;
-                for (std::size_t a = 0; a < 3; ++a) {
-                    const bool high = (corner >> a & 1) != 0;
-                    i += high ? b.net.stride(static_cast<int>(a)) * at(b.net.n[a] - 1) : 0;
-                    s[a] = high ? b.box.max[a] : b.box.min[a];
-                }
-                if (b.net.c[i] >= -noise) continue;
-                // Slightly inside, so that rounding does not carry the place over the border.
-                const Vec3 inside = bernstein::mix(s, b.box.center(), 0x1p-30);
-                const double there = determinant(local_derivative(inside)) / orientation;
-                if (there < 0.0) return {FoldReport::Kind::Folded, global(inside), there};
-            }
-            if (++boxes > max_boxes) {
-                report.kind = FoldReport::Kind::Undecided;
-                report.where = global(b.box.center());
-                report.determinant = least;
-                return report;
-            }
-            const Vec3 size = b.box.size();
-            const int axis = size[0] >= size[1] && size[0] >= size[2] ? 0
-                             : size[1] >= size[2]                     ? 1
-                                                                      : 2;
-            for (const bool upper : {false, true}) {
-                SignBox half{{}, b.box};
-                (upper ? half.box.min : half.box.max)[at(axis)] = b.box.center()[at(axis)];
-                half.net = by_lines(b.net, axis, [&](const std::vector<double>& line) {
-                    std::vector<double> low, high;
-                    bernstein::split<double>(line, 0.5, low, high);
-                    return upper ? high : low;
-                });
-                stack.push_back(std::move(half));
-            }
-        }
+    const std::vector<Piece> all = pieces();
+    for (const Piece& piece : all) {
+        const Box3 box = intersection(piece.box, stu);
+        if (box.empty() || !(volume(box) > 0.0)) continue;
+        const bool by_coefficients = work_of(piece.net) <= kMostWork;
+        const bool done = by_coefficients
+                              ? folds_by_coefficients(piece, box, sign, max_boxes, report)
+                              : folds_by_slopes(all, box, sign, max_boxes, report);
+        if (!done) break;
     }
     return report;
 }
 
+// False once it is known that there are folds, or that it will not be known.
+bool Lattice::folds_by_coefficients(const Piece& piece, const Box3& box, double sign,
+                                    int& max_boxes, FoldReport& report) const
+{
+    const Net3<Vec3> part = part_of(piece.net, piece.relative(box));
+    // Derivatives by the part's own parameters are smaller by this.
+    const double scale = sign * volume(box);
+    const Determinant det = determinant_of(part);
+    const double noise = det.noise / std::fabs(scale);
+    std::vector<SignBox> stack = {{det.net, box}};
+    for (double& x : stack[0].net.c) x /= scale;
+    while (!stack.empty()) {
+        current_progress().check();
+        SignBox b = std::move(stack.back());
+        stack.pop_back();
+        const double least = *std::min_element(b.net.c.begin(), b.net.c.end());
+        if (least > noise) {
+            report.determinant = std::min(report.determinant, least - noise);
+            continue;
+        }
+        const auto value = [&](const Vec3& s) { return sign * local_determinant(s); };
+        if (const auto s = negative_corner(b, noise, value)) {
+            report = {FoldReport::Kind::Folded, global(*s), value(*s)};
+            return false;
+        }
+        if (--max_boxes < 0) {
+            report = {FoldReport::Kind::Undecided, global(b.box.center()), least};
+            return false;
+        }
+        const std::size_t axis = longest_axis(b.box.size());
+        auto nets = halves(b.net, axis);
+        const auto boxes = halves(b.box, axis);
+        for (const std::size_t k : {0u, 1u}) stack.push_back({std::move(nets[k]), boxes[k]});
+    }
+    return true;
+}
+
+// The same where the products would cost too much: all derivatives over a box are matrices about
+// one that can be inverted. Less is decided in this way.
+bool Lattice::folds_by_slopes(const std::vector<Piece>& all, const Box3& box, double sign,
+                              int& max_boxes, FoldReport& report) const
+{
+    constexpr int kCost = 64;  // of a box, in boxes of the other way
+    std::vector<Box3> stack = {box};
+    while (!stack.empty()) {
+        current_progress().check();
+        const Box3 b = stack.back();
+        stack.pop_back();
+        const double there = sign * local_determinant(b.center());
+        if (there < 0.0) {
+            report = {FoldReport::Kind::Folded, global(b.center()), there};
+            return false;
+        }
+        const double least = least_determinant(all, b);
+        if (least > 0.0) {
+            report.determinant = std::min(report.determinant, least);
+            continue;
+        }
+        if ((max_boxes -= kCost) < 0) {
+            report = {FoldReport::Kind::Undecided, global(b.center()), there};
+            return false;
+        }
+        for (const Box3& half : halves(b)) stack.push_back(half);
+    }
+    return true;
+}
+
 namespace {
 
-// The inverse of the matrix in the middle of the bounds, if there is one.
-std::optional<Columns3> middle_inverse(const std::array<IntervalVec3, 3>& columns)
+// The inverse of the matrix in the middle of the bounds, if there is one. Along axes with no width
+// the derivative does not matter: there it is one across the others.
+std::optional<Columns3> middle_inverse(const std::array<IntervalVec3, 3>& columns,
+                                       const std::array<bool, 3>& is_flat)
 {
     Columns3 middle;
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t c = 0; c < 3; ++c) middle[a][c] = columns[a][c].mid();
+    for (std::size_t a = 0; a < 3; ++a)
+        if (is_flat[a]) middle[a] = normalized(cross(middle[(a + 1) % 3], middle[(a + 2) % 3]));
     if (determinant(middle) == 0.0) return std::nullopt;
     const Columns3 y = inverted(middle);
     return is_finite(y[0]) && is_finite(y[1]) && is_finite(y[2]) ? std::optional(y) : std::nullopt;
 }
 
-// Bound of |I - M| in the norm of the largest row, for every M between the bounds.
-double distance_from_identity(const std::array<IntervalVec3, 3>& columns)
+// Bound of |I - M| in the norm of the largest row, for every M between the bounds, without the rows
+// and columns of axes with no width.
+double distance_from_identity(const std::array<IntervalVec3, 3>& columns,
+                              const std::array<bool, 3>& is_flat)
 {
     double largest = 0.0;
     for (std::size_t r = 0; r < 3; ++r) {
+        if (is_flat[r]) continue;
         Interval sum(0.0);
         for (std::size_t a = 0; a < 3; ++a)
-            sum = sum + Interval((Interval(r == a ? 1.0 : 0.0) - columns[a][r]).magnitude());
+            if (!is_flat[a])
+                sum = sum + Interval((Interval(r == a ? 1.0 : 0.0) - columns[a][r]).magnitude());
         largest = std::max(largest, sum.hi);
     }
     return largest;
 }
 
-std::array<Box3, 2> halves(const Box3& box)
-{
-    const Vec3 size = box.size();
-    const std::size_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0
-                             : size[1] >= size[2]                     ? 1
-                                                                      : 2;
-    std::array<Box3, 2> parts{box, box};
-    parts[0].max[axis] = parts[1].min[axis] = box.center()[axis];
-    return parts;
-}
-
 }  // namespace
 
 // With the inverse Y of a matrix in the middle, |I - Y F'| < 1 all over the box. Y goes to the
-// control points first, so that what their moves have in common stays together.
-bool Lattice::regular(const std::vector<Piece>& pieces, const Box3& stu) const
+// control points first, so that what their moves have in common stays together. No eigenvalue of
+// Y F' is then below 1 less that norm.
+double Lattice::least_determinant(const std::vector<Piece>& pieces, const Box3& stu) const
 {
-    const auto y = middle_inverse(derivative_bounds(pieces, stu));
-    if (!y) return false;
+    const Vec3 width = stu.size();
+    const std::array<bool, 3> is_flat = {width[0] == 0.0, width[1] == 0.0, width[2] == 0.0};
+    const auto y = middle_inverse(derivative_bounds(pieces, stu), is_flat);
+    if (!y) return 0.0;
     std::vector<Piece> turned;
     double noise = 0.0;
     for (const Piece& piece : pieces) {
@@ -227,51 +283,15 @@ bool Lattice::regular(const std::vector<Piece>& pieces, const Box3& stu) const
             largest = std::max(largest, norm(p - start));
             p = times(*y, p - start);
         }
-        const Vec3 width = stu.size();
         const double stretch = norm((*y)[0]) + norm((*y)[1]) + norm((*y)[2]);
         for (int a = 0; a < 3; ++a)
-            noise = std::max(noise, 64.0 * kEpsilon * degree(a) * stretch * largest / width[at(a)]);
+            if (!is_flat[at(a)])
+                noise =
+                    std::max(noise, 64.0 * kEpsilon * degree(a) * stretch * largest / width[at(a)]);
     }
-    return distance_from_identity(derivative_bounds(turned, stu)) + 3.0 * noise < 1.0;
-}
-
-bool Lattice::one_to_one(const Box3& x, int max_pairs) const
-{
-    const Box3 inside = local_box(x);
-    if (inside.empty()) return true;
-    struct Part {
-        Box3 box, image;
-    };
-    const std::vector<Piece> all = pieces();
-    const auto part = [&](const Box3& box) { return Part{box, image_of_local(box)}; };
-    std::vector<std::array<Part, 2>> stack{{part(inside), part(inside)}};
-    for (int n = 0; !stack.empty(); ++n) {
-        current_progress().check();
-        if (n == max_pairs) return false;
-        const auto [a, b] = std::move(stack.back());
-        stack.pop_back();
-        const bool same = a.box == b.box;
-        if (!same && !overlap(a.image, b.image)) continue;
-        // The difference of two images is the mean of the derivative between the points, times
-        // their difference.
-        Box3 both = a.box;
-        both.add(b.box.min);
-        both.add(b.box.max);
-        if (regular(all, both)) continue;
-        const bool first = a.box.diagonal() >= b.box.diagonal();
-        const std::array<Box3, 2> boxes = halves(first ? a.box : b.box);
-        if (boxes[0].diagonal() < 0x1p-20) return false;
-        const Part low = part(boxes[0]), high = part(boxes[1]);
-        if (same) {
-            stack.push_back({low, low});
-            stack.push_back({high, high});
-            stack.push_back({low, high});
-        } else {
-            stack.push_back({first ? low : a, first ? b : low});
-            stack.push_back({first ? high : a, first ? b : high});
-        }
-    }
-    return true;
+    const double least =
+        1.0 - (distance_from_identity(derivative_bounds(turned, stu), is_flat) + 3.0 * noise);
+    return least > 0.0 ? least * least * least / std::fabs(determinant(*y)) * (1.0 - 0x1p-40) : 0.0;
 }
 
 }  // namespace genus

@@ -130,18 +130,11 @@ InversePoint Lattice::inverse(const Vec3& y) const
         if (!image.inflated(slack).contains(y)) continue;
         if (const auto s = newton(y, c.box.center(), result.steps)) return accept(*s);
         const Vec3 size = c.box.size();
-        const int axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
-        if (size[at(axis)] < 0x1p-20) continue;
-        for (const bool upper : {false, true}) {
-            Candidate half{{}, c.box};
-            (upper ? half.box.min : half.box.max)[at(axis)] = c.box.center()[at(axis)];
-            half.net = by_lines(c.net, axis, [&](const std::vector<Vec3>& line) {
-                std::vector<Vec3> low, high;
-                bernstein::split<Vec3>(line, 0.5, low, high);
-                return upper ? high : low;
-            });
-            queue.push_back(std::move(half));
-        }
+        const std::size_t axis = longest_axis(size);
+        if (size[axis] < 0x1p-20) continue;
+        auto nets = halves(c.net, axis);
+        const auto boxes = halves(c.box, axis);
+        for (const std::size_t k : {0u, 1u}) queue.push_back({std::move(nets[k]), boxes[k]});
     }
     // Nothing in the lattice goes there; outside, every point is its own image.
     result.found = !in_unit_cube(local(y));

@@ -41,6 +41,29 @@ inline bool in_unit_cube(const Vec3& s)
     return Box3{{}, {{1, 1, 1}}}.contains(s);
 }
 
+inline double volume(const Box3& box)
+{
+    const Vec3 size = box.size();
+    return size[0] * size[1] * size[2];
+}
+
+inline std::size_t longest_axis(const Vec3& size)
+{
+    return size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+}
+
+inline std::array<Box3, 2> halves(const Box3& box, std::size_t axis)
+{
+    std::array<Box3, 2> parts{box, box};
+    parts[0].max[axis] = parts[1].min[axis] = box.center()[axis];
+    return parts;
+}
+
+inline std::array<Box3, 2> halves(const Box3& box)
+{
+    return halves(box, longest_axis(box.size()));
+}
+
 // Coefficients c_ijk of three variables, the last index running fastest.
 template <class V>
 struct Net3 {
@@ -81,6 +104,20 @@ Net3<V> by_lines(const Net3<V>& net, int axis, const F& f)
         for (std::size_t k = 0; k < image.size(); ++k) result.c[new_first + k * step] = image[k];
     });
     return result;
+}
+
+// Coefficients over the halves along an axis.
+template <class V>
+std::array<Net3<V>, 2> halves(const Net3<V>& net, std::size_t axis)
+{
+    std::array<Net3<V>, 2> parts;
+    for (const std::size_t upper : {0u, 1u})
+        parts[upper] = by_lines(net, static_cast<int>(axis), [&](const std::vector<V>& line) {
+            std::vector<V> low, high;
+            bernstein::split<V>(line, 0.5, low, high);
+            return upper != 0 ? high : low;
+        });
+    return parts;
 }
 
 template <class V>

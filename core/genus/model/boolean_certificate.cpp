@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
@@ -15,7 +16,7 @@ namespace {
 
 constexpr double kSmallest = 0.04;  // radius of a piece that must be settled, of the tolerance
 // More pieces than this at one time, and than this many times those at the start, are given up.
-constexpr std::size_t kMostPieces = 100'000, kGrowth = 2;
+constexpr std::size_t kMostPieces = 300'000, kGrowth = 2;
 constexpr std::size_t kMostListed = 16;
 constexpr double kRounding = 1.0 + 1e-12;
 
@@ -34,11 +35,15 @@ struct Piece {
         const Vec3 c = center();
         return kRounding * std::max({distance(c, p[0]), distance(c, p[1]), distance(c, p[2])});
     }
-    std::array<Piece, 4> parts() const
+    /// Halved across its longest side, which makes slivers compact.
+    std::array<Piece, 2> parts() const
     {
-        const Vec3 a = 0.5 * (p[1] + p[2]), b = 0.5 * (p[2] + p[0]), c = 0.5 * (p[0] + p[1]);
-        return {Piece{{p[0], c, b}, operand}, Piece{{c, p[1], a}, operand},
-                Piece{{b, a, p[2]}, operand}, Piece{{a, b, c}, operand}};
+        std::size_t k = 0;
+        for (const std::size_t i : {1u, 2u})
+            if (distance(p[i], p[(i + 1) % 3]) > distance(p[k], p[(k + 1) % 3])) k = i;
+        const Vec3 &a = p[k], &b = p[(k + 1) % 3], &c = p[(k + 2) % 3];
+        const Vec3 middle = 0.5 * (a + b);
+        return {Piece{{a, middle, c}, operand}, Piece{{middle, b, c}, operand}};
     }
 };
 
@@ -141,31 +146,27 @@ public:
         for (std::size_t f = 0; f < made.mesh.n_faces(); ++f)
             open.push_back({corners(made.mesh, f), made.operand[f]});
         n_start_ = open.size();
-        IndexedMesh clear;  // pieces that are, of faces that are not and their neighbours
-        std::vector<double> clear_deviation;
-        for (int level = 0; !open.empty(); ++level) {
+        bool first = true;
+        while (!open.empty()) {
             if (too_many(open)) return;
             std::vector<char> is_clear(open.size(), 0);
-            each(open.size(), [&](std::size_t i) {
-                const Piece& piece = open[i];
-                const double e = scene_.deviation(piece.operand);
-                const auto over = scene_.over(piece.center(), piece.radius() + e, piece.operand);
-                is_clear[i] = over.exact || (over.inside >= 0 && over.outside >= 0 &&
-                                             over.inside != over.outside);
-            });
-            if (level == 0) note_open_vertices(made.mesh, is_clear);
+            each(open.size(), [&](std::size_t i) { is_clear[i] = clear(open[i]) ? 1 : 0; });
+            if (first) note_open_vertices(made.mesh, is_clear);
+            std::vector<Piece> unclear = std::exchange(small_, {});
             for (std::size_t i = 0; i < open.size(); ++i) {
-                if (is_clear[i] == 0) continue;
-                const double e = scene_.deviation(open[i].operand);
-                c_.bound = std::max(c_.bound, e);
-                if (level == 0 && !beside_open(made.mesh.faces[i])) continue;
-                const auto first = static_cast<std::int32_t>(clear.vertices.size());
-                clear.vertices.insert(clear.vertices.end(), open[i].p.begin(), open[i].p.end());
-                clear.faces.push_back({first, first + 1, first + 2});
-                clear_deviation.push_back(e);
+                if (is_clear[i] == 0)
+                    unclear.push_back(open[i]);
+                else
+                    add_clear(open[i], !first || beside_open(made.mesh.faces[i]));
             }
-            if (!spread(open, is_clear, clear, clear_deviation)) return;
+            first = false;
+            open.clear();
+            settle(unclear, open);
+            // A piece that is done may hold clear ones, nearer to those that are not.
+            if (open.empty() && !small_.empty()) open = parts_of_done_near_small();
         }
+        for (const Piece& piece : small_)
+            if (c_.doubtful.size() < kMostListed) fail(piece);
     }
 
     // From the exact solid to the result.
@@ -185,7 +186,8 @@ public:
                 if (reach[i] < kNever) {
                     c_.bound = std::max(c_.bound, reach[i]);
                 } else if (!divide(open[i], next)) {
-                    return;
+                    fail(open[i]);
+                    if (c_.doubtful.size() == kMostListed) return;
                 }
             }
             open.swap(next);
@@ -230,7 +232,7 @@ private:
     {
         current_progress().check();
         c_.n_pieces += static_cast<std::int64_t>(open.size());
-        if (open.size() <= std::max(kMostPieces, kGrowth * n_start_)) return false;
+        if (open.size() + small_.size() <= std::max(kMostPieces, kGrowth * n_start_)) return false;
         fail(open.front());
         return true;
     }
@@ -242,43 +244,81 @@ private:
         c_.doubtful.push_back(box);
     }
 
+    bool may_divide(const Piece& piece) const { return piece.radius() > kSmallest * tolerance_; }
+
     // False if the piece is as small as pieces get.
-    bool divide(const Piece& piece, std::vector<Piece>& next)
+    bool divide(const Piece& piece, std::vector<Piece>& next) const
     {
-        if (piece.radius() > kSmallest * tolerance_) {
-            for (const Piece& part : piece.parts()) next.push_back(part);
-            return true;
-        }
-        fail(piece);
-        return c_.doubtful.size() < kMostListed;
+        if (!may_divide(piece)) return false;
+        for (const Piece& part : piece.parts()) next.push_back(part);
+        return true;
+    }
+
+    bool clear(const Piece& piece) const
+    {
+        const double e = scene_.deviation(piece.operand);
+        const auto over = scene_.over(piece.center(), piece.radius() + e, piece.operand);
+        return over.exact || (over.inside >= 0 && over.outside >= 0 && over.inside != over.outside);
+    }
+
+    void add_clear(const Piece& piece, bool may_be_near_others)
+    {
+        const double e = scene_.deviation(piece.operand);
+        c_.bound = std::max(c_.bound, e);
+        if (!may_be_near_others) return;
+        const auto first = static_cast<std::int32_t>(clear_.vertices.size());
+        clear_.vertices.insert(clear_.vertices.end(), piece.p.begin(), piece.p.end());
+        clear_.faces.push_back({first, first + 1, first + 2});
+        clear_deviation_.push_back(e);
     }
 
     // Pieces that are not clear: those with a clear one near enough are done, others divided.
-    bool spread(std::vector<Piece>& open, const std::vector<char>& is_clear,
-                const IndexedMesh& clear, const std::vector<double>& clear_deviation)
+    void settle(const std::vector<Piece>& pieces, std::vector<Piece>& next)
     {
-        const MeshTree tree(clear);
-        std::vector<double> reach(open.size(), kNever);
-        each(open.size(), [&](std::size_t i) {
-            if (is_clear[i] != 0) return;
-            const double radius = open[i].radius();
+        const MeshTree tree(clear_);
+        std::vector<double> reach(pieces.size(), kNever);
+        each(pieces.size(), [&](std::size_t i) {
+            const double radius = pieces[i].radius();
             if (!(radius < tolerance_)) return;
-            const ClosestPoint near = tree.nearest(open[i].center(), tolerance_ - radius);
+            const ClosestPoint near = tree.nearest(pieces[i].center(), tolerance_ - radius);
             if (near.face < 0) return;
             const double far = kRounding * (near.distance + radius) +
-                               clear_deviation[static_cast<std::size_t>(near.face)];
+                               clear_deviation_[static_cast<std::size_t>(near.face)];
             if (far <= tolerance_) reach[i] = far;
         });
-        std::vector<Piece> next;
-        for (std::size_t i = 0; i < open.size(); ++i) {
-            if (is_clear[i] != 0) continue;
-            if (reach[i] < kNever)
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            if (reach[i] < kNever) {
                 c_.bound = std::max(c_.bound, reach[i]);
-            else if (!divide(open[i], next))
-                return false;
+                if (may_divide(pieces[i])) done_.push_back(pieces[i]);
+            } else if (!divide(pieces[i], next)) {
+                small_.push_back(pieces[i]);
+            }
         }
-        open.swap(next);
-        return true;
+    }
+
+    std::vector<Piece> parts_of_done_near_small()
+    {
+        IndexedMesh mesh;
+        for (const Piece& piece : small_) {
+            const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+            mesh.vertices.insert(mesh.vertices.end(), piece.p.begin(), piece.p.end());
+            mesh.faces.push_back({first, first + 1, first + 2});
+        }
+        const MeshTree tree(mesh);
+        std::vector<char> is_near(done_.size(), 0);
+        each(done_.size(), [&](std::size_t i) {
+            const double reach = done_[i].radius() + tolerance_;
+            is_near[i] = tree.nearest(done_[i].center(), reach).face >= 0 ? 1 : 0;
+        });
+        std::vector<Piece> parts, rest;
+        for (std::size_t i = 0; i < done_.size(); ++i) {
+            if (is_near[i] != 0)
+                divide(done_[i], parts);
+            else
+                rest.push_back(done_[i]);
+        }
+        done_ = std::move(rest);
+        return parts;
     }
 
     // How far the surface of X may be from the result beside this piece: 0 if there is none.
@@ -306,6 +346,11 @@ private:
     BooleanCertificate& c_;
     std::size_t n_start_ = 0;
     std::vector<char> at_open_face_;  // by vertex of the result
+    // Pieces that are clear, of faces that are not and their neighbours.
+    IndexedMesh clear_;
+    std::vector<double> clear_deviation_;
+    std::vector<Piece> done_;   // not clear, with a clear one near enough, and not small
+    std::vector<Piece> small_;  // with none, and as small as pieces get
 };
 
 }  // namespace

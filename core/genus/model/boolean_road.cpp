@@ -120,7 +120,7 @@ private:
             placed =
                 intersect({placed, transformed(cube(region_.size()), translation(region_.min))});
         SmoothMesh made = mesher_(placed, tolerance_);
-        scene_.certified = scene_.certified && made.certified;
+        if (!made.certified) doubt(made.doubt);
         std::vector<IndexedMesh> parts = closed_surfaces(std::move(made.mesh));
         std::vector<BooleanFormula::Term> terms;
         for (IndexedMesh& part : parts) {
@@ -130,6 +130,12 @@ private:
         return terms.size() == 1 ? terms[0]
                                  : BooleanFormula::Term{scene_.formula.add(false, std::move(terms)),
                                                         false, false};
+    }
+
+    void doubt(const std::string& what)
+    {
+        if (scene_.certified) scene_.doubt = what;
+        scene_.certified = false;
     }
 
     void add_operand(IndexedMesh mesh, double deviation, FreeformSource::ToSurface to_surface)
@@ -200,7 +206,8 @@ private:
             scene_.clean_operands = false;
             deviation = given->deviation * largest_stretch(map);
             // Whoever made the mesh said so.
-            scene_.certified = scene_.certified && deviation == 0.0;
+            if (deviation > 0.0)
+                doubt("the distance of a mesh to what it stands for is taken on trust");
         }
         add_operand(std::move(mesh), deviation, {});
         return {number, true, false};
@@ -451,6 +458,20 @@ Attempt attempt(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
     return a;
 }
 
+// What keeps the bound from being proven.
+std::string doubt_of(const Attempt& a)
+{
+    if (a.exact_parts())
+        return "corners had to be moved to the grid of the exact boolean, by up to " +
+               to_text(a.snapped);
+    if (!a.scene.certified) return a.scene.doubt;
+    if (a.certificate.doubtful.empty())
+        return "curved surfaces that cross: the bound would exceed the tolerance";
+    const Vec3 c = a.certificate.doubtful.front().center();
+    return "curved surfaces touch or cross at a small angle near [" + to_text(c[0]) + ", " +
+           to_text(c[1]) + ", " + to_text(c[2]) + "]";
+}
+
 }  // namespace
 
 Explanation explain_boolean(const MeshBooleanReport& report)
@@ -505,12 +526,9 @@ void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& me
                                   to_text(result.error.bound) + " only, asked for " +
                                   to_text(result.tolerance),
                               result.tolerance, result.error.bound, {box});
-    if (!a.certificate.doubtful.empty()) {
-        const Vec3 c = a.certificate.doubtful.front().center();
-        result.explanation.add("surfaces that touch or cross at a small angle: not proven near [" +
-                                   to_text(c[0]) + ", " + to_text(c[1]) + ", " + to_text(c[2]) +
-                                   "]",
-                               1, "places");
+    if (!result.error.certified) {
+        result.error.doubt = doubt_of(a);
+        result.explanation.add("error bound estimated: " + result.error.doubt, 1, "places");
     }
     result.explanation.add("operands that share the mesh of an equal one", a.scene.n_shared,
                            "operands");

@@ -22,6 +22,7 @@ struct SmoothMesh {
     double bound = 0.0;
     bool certified = false;
     FreeformSource::ToSurface to_surface;  // none where the surface is not known
+    std::string doubt;                     // what is not proven, unless it is certified
 };
 /// Makes such a mesh of a smooth solid, or of a lone freeform one, to a tolerance.
 using SmoothMesher = std::function<SmoothMesh(const Solid& smooth, double tolerance)>;
@@ -42,8 +43,9 @@ struct BooleanScene {
     /// points to its surface.
     std::vector<double> deviations;
     std::vector<FreeformSource::ToSurface> to_surface;
-    /// All deviations are proven.
+    /// All deviations are proven; if not, which one is not.
     bool certified = true;
+    std::string doubt;
     /// Operands whose mesh was made once, for an equal one before them.
     std::int64_t n_shared = 0;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <string>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
@@ -218,7 +219,7 @@ public:
 
     Meshed mesh(double tolerance, const Limits& limits) const override
     {
-        const bool unfolded = require_unfolded();
+        require_no_fold();
         const double stretch = lattice_.stretch(source_box_);
         MeshOptions options;
         options.tolerance = 0.5 * tolerance / stretch;
@@ -229,7 +230,9 @@ public:
             deformed_within(std::move(flat.mesh), lattice_, 0.5 * tolerance, limits.max_triangles);
         Meshed made;
         made.bound = stretch * flat.error.bound + image.bound;
-        made.certified = flat.error.certified && unfolded && one_to_one();
+        made.doubt =
+            !flat.error.certified ? "before the deformation: " + flat.error.doubt : doubt();
+        made.certified = made.doubt.empty();
         made.mesh = std::move(image.mesh);
         if (limits.measure) made.measured = measured_distance(made.mesh, image.measured);
         if (limits.to_surface && is_exact(part_))
@@ -244,7 +247,8 @@ public:
 
     std::optional<double> proven_distance(const IndexedMesh& mesh, double tolerance) const override
     {
-        if (!require_unfolded() || !one_to_one()) return std::nullopt;
+        require_no_fold();
+        if (!doubt().empty()) return std::nullopt;
         const auto source = pulled_back(mesh);
         if (!source) return std::nullopt;
         const double image = image_deviation(*source, mesh.vertices, lattice_);
@@ -270,33 +274,46 @@ private:
         hash_ *= 0xbf58476d1ce4e5b9U;
     }
 
-    // Throws where space is turned inside out; true if it is shown not to be anywhere.
-    bool require_unfolded() const
+    // Throws where space is turned inside out.
+    void require_no_fold() const
     {
-        const FoldReport folds = lattice_.folds();
-        if (folds.kind == FoldReport::Kind::Folded)
-            throw InvalidInput("deform: the lattice turns space inside out at [" +
-                               to_text(folds.where[0]) + ", " + to_text(folds.where[1]) + ", " +
-                               to_text(folds.where[2]) + "]");
-        return folds.kind == FoldReport::Kind::None;
+        if (folds().kind == FoldReport::Kind::Folded)
+            throw InvalidInput("deform: the lattice turns space inside out at " +
+                               place(folds().where));
+    }
+    const FoldReport& folds() const
+    {
+        std::call_once(folds_known_, [&] { folds_ = lattice_.folds(); });
+        return folds_;
     }
 
-    // True if no two points of the solid are taken to one place: else its image may run into
-    // itself by less than a mesh shows. A border that rests leaves no other choice to a map
-    // without folds.
-    bool one_to_one() const
+    // What keeps a bound from being proven: the image may run into itself by less than a mesh
+    // shows. Empty if no two points of the solid are taken to one place.
+    const std::string& doubt() const
     {
-        std::call_once(compared_, [&] { one_to_one_ = shown_one_to_one(); });
-        return one_to_one_;
+        std::call_once(compared_, [&] { doubt_ = find_doubt(); });
+        return doubt_;
     }
-    bool shown_one_to_one() const
+    std::string find_doubt() const
     {
-        if (lattice_.border_continuity() >= 0) return true;
+        if (folds().kind == FoldReport::Kind::Undecided)
+            return "the lattice may turn space inside out near " + place(folds().where);
+        // A border that rests leaves no other choice to a map without folds.
+        if (lattice_.border_continuity() >= 0) return {};
         // What reaches out of the lattice, if only by rounding, does not go with it.
         const Box3 local = image_bounds(part_, to_local(lattice_));
         const Box3 all = Box3{{}, {{1, 1, 1}}}.inflated(1e-12);
-        return all.contains(local.min) && all.contains(local.max) &&
-               lattice_.one_to_one(source_box_);
+        if (!all.contains(local.min) || !all.contains(local.max))
+            return "the solid reaches out of a lattice whose border moves";
+        const OneToOneReport r = lattice_.one_to_one(source_box_);
+        if (r.kind == OneToOneReport::Kind::Yes) return {};
+        return std::string("in the box of the solid, points near ") + place(r.points[0]) + " and " +
+               place(r.points[1]) +
+               (r.kind == OneToOneReport::Kind::No ? " go to one place" : " may go to one place");
+    }
+    static std::string place(const Vec3& p)
+    {
+        return "[" + to_text(p[0]) + ", " + to_text(p[1]) + ", " + to_text(p[2]) + "]";
     }
 
     std::shared_ptr<const DeformedField> deformed_field() const
@@ -408,8 +425,9 @@ private:
     Lattice lattice_;
     Box3 source_box_, bounds_;
     std::uint64_t hash_ = 0;
-    mutable std::once_flag field_made_, compared_;
-    mutable bool one_to_one_ = false;
+    mutable std::once_flag field_made_, folds_known_, compared_;
+    mutable FoldReport folds_;
+    mutable std::string doubt_;
     mutable std::shared_ptr<const DeformedField> field_;
 };
 

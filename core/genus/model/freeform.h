@@ -32,6 +32,7 @@ public:
         bool certified = false;
         double measured = 0.0;  // found by sampling, where asked for
         ToSurface to_surface;   // where asked for, if there is one
+        std::string doubt;      // what is not proven, unless it is certified
     };
 
     /// Holds the solid.

@@ -112,6 +112,10 @@ FreeformSource::Meshed mesh_by_field(const FreeformSource& source, double tolera
             return made;
         }
         made.bound = kReserve * made.measured;
+        made.doubt =
+            "the mesh of marching cubes was not shown to be near the surface, on grids of cells "
+            "down to " +
+            to_text(cell);
         if (!estimated && made.bound <= tolerance) estimated = std::move(made);
         cell *= kFiner;
     }
@@ -151,7 +155,11 @@ bool mesh_freeform_alone(const Solid& solid, const MeshOptions& options, MeshedS
         place(p.map, made);
         result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
     }
-    result.error = {made.bound, made.certified, made.measured, {{"surface", made.bound}}};
+    result.error = {made.bound,
+                    made.certified,
+                    made.measured,
+                    {{"surface", made.bound}},
+                    std::move(made.doubt)};
     result.mesh = std::move(made.mesh);
     return true;
 }

@@ -58,7 +58,8 @@ public:
                 finer = kOtherGrid;
                 continue;
             }
-            result_.error = {reached, false, measured, {{"sampled", reached}}};
+            result_.error = {
+                reached, false, measured, {{"sampled", reached}}, "distances were sampled only"};
             result_.explanation.add("samples of the grid decided by bounds of blocks",
                                     report_.decided, "samples");
             result_.mesh = mesh.mesh;

@@ -421,6 +421,7 @@ void mesh_apart(const std::vector<Solid>& parts, const MeshOptions& options, Mes
         append(result.mesh, made.mesh);
         result.error.bound = std::max(result.error.bound, made.error.bound);
         result.error.measured = std::max(result.error.measured, made.error.measured);
+        if (result.error.certified) result.error.doubt = made.error.doubt;
         result.error.certified = result.error.certified && made.error.certified;
         for (const auto& [cause, share] : made.error.parts)
             entry(result.error.parts, cause) = std::max(entry(result.error.parts, cause), share);
@@ -493,7 +494,8 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
         if (is_lone_freeform(part)) {
             FreeformSource::Meshed made =
                 mesh_freeform(part, tolerance, {options.max_triangles, false, true});
-            return {std::move(made.mesh), made.bound, made.certified, std::move(made.to_surface)};
+            return {std::move(made.mesh), made.bound, made.certified, std::move(made.to_surface),
+                    std::move(made.doubt)};
         }
         MeshedSolid made;
         made.tolerance = tolerance;
@@ -503,7 +505,8 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
         return {std::move(made.mesh), made.error.bound, made.error.certified,
                 [field = std::make_shared<const CsgField>(part)](const Vec3& p) {
                     return to_zero(*field, p);
-                }};
+                },
+                made.error.doubt};
     };
     // A tolerance of the size of the solid asks for nothing; work is done to one that does.
     const double asked = result.tolerance;

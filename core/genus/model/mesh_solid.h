@@ -44,6 +44,8 @@ struct ErrorReport {
     double measured = 0.0;
     /// The share of each cause in `bound`, largest first.
     std::vector<std::pair<std::string, double>> parts;
+    /// What is not proven, and near which place; empty if `certified`.
+    std::string doubt;
 };
 
 struct MeshedSolid {

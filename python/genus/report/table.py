@@ -71,6 +71,8 @@ def call_rows(r: dict[str, Any]) -> list[tuple[str, str]]:
         ("error bound", f"{number(error['bound'])}  {kind}"),
     ]
     rows += [(f"  {cause}", number(share)) for cause, share in error["parts"].items()]
+    if error.get("doubt"):
+        rows.append(("  not proven", error["doubt"]))
     if error["measured"] is not None:
         rows.append(("error measured", number(error["measured"])))
     rows.append(("seconds", f"{r['seconds']['total']:.3f}"))

@@ -213,6 +213,114 @@ TEST(Lattice, InverseFindsItsWayInStrongBends)
     EXPECT_TRUE(l.inverse(far).found);
 }
 
+// A bar of 6 x 1 x 1 bent round an axis at distance `radius` from its middle.
+Lattice bent_bar(double degrees, double radius, int n)
+{
+    Lattice l({{0, -0.5, -0.5}}, {Vec3{{6, 0, 0}}, Vec3{{0, 1, 0}}, Vec3{{0, 0, 1}}}, {n, 1, 1});
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; j <= 1; ++j)
+            for (int k = 0; k <= 1; ++k) {
+                const double angle = degrees * 0.017453292519943295 * i / n, r = radius - (j - 0.5);
+                l.set_point(i, j, k,
+                            {{r * std::sin(angle), radius - r * std::cos(angle), k - 0.5}});
+            }
+    return l;
+}
+
+void expect_to_meet(const Lattice& l, const OneToOneReport& r)
+{
+    ASSERT_EQ(r.kind, OneToOneReport::Kind::No);
+    const double apart = distance(r.points[0], r.points[1]);
+    EXPECT_GT(apart, 5.0 * r.bound);
+    EXPECT_LE(distance(l.apply(r.points[0]), l.apply(r.points[1])), 8.0 * l.rounding());
+}
+
+TEST(LatticeOneToOne, ShowsThatBendsDoNotMeet)
+{
+    const Box3 all{{{0, -0.5, -0.5}}, {{6, 0.5, 0.5}}};
+    for (const double degrees : {30.0, 90.0, 180.0, 270.0, 330.0}) {
+        SCOPED_TRACE(degrees);
+        const Lattice l = bent_bar(degrees, 2.0, 12);
+        ASSERT_EQ(l.folds().kind, FoldReport::Kind::None);
+        EXPECT_EQ(l.one_to_one(all).kind, OneToOneReport::Kind::Yes);
+    }
+    // Its ends touch.
+    expect_to_meet(bent_bar(360.0, 2.0, 12), bent_bar(360.0, 2.0, 12).one_to_one(all));
+    // Once round and more: no fold, but the ends run into each other, of the bar and not of half.
+    const Lattice round = bent_bar(560.0, 2.0, 24);
+    ASSERT_EQ(round.folds().kind, FoldReport::Kind::None);
+    expect_to_meet(round, round.one_to_one(all));
+    EXPECT_EQ(round.one_to_one({{{0, -0.5, -0.5}}, {{3, 0.5, 0.5}}}).kind,
+              OneToOneReport::Kind::Yes);
+    EXPECT_EQ(bent_bar(330.0, 2.0, 12).one_to_one(all, 20).kind, OneToOneReport::Kind::Undecided);
+}
+
+TEST(LatticeOneToOne, AgreesWithTheInverse)
+{
+    std::mt19937_64 random(122);
+    int yes = 0, no = 0;
+    for (const bool spline : {false, true})
+        for (int trial = 0; trial < 24; ++trial) {
+            SCOPED_TRACE(trial);
+            const Lattice l = random_lattice(random, {3, 2, 3}, 0.05 + 0.05 * trial, spline);
+            Box3 all;
+            for (int i = 0; i < 8; ++i)
+                all.add(l.global({{double(i & 1), double(i >> 1 & 1), double(i >> 2 & 1)}}));
+            const OneToOneReport r = l.one_to_one(all, 20000);
+            if (r.kind == OneToOneReport::Kind::Yes) {
+                ++yes;
+                EXPECT_NE(l.folds().kind, FoldReport::Kind::Folded);
+                for (int i = 0; i < 20; ++i) {
+                    const Vec3 x = random_inside(random, l);
+                    const InversePoint back = l.inverse(l.apply(x));
+                    ASSERT_TRUE(back.found);
+                    EXPECT_LE(distance(back.point, x), 1e-9);
+                }
+            } else if (r.kind == OneToOneReport::Kind::No) {
+                ++no;
+                expect_to_meet(l, r);
+            }
+        }
+    EXPECT_GE(yes, 8);
+    EXPECT_GE(no, 20);
+}
+
+TEST(LatticeOneToOne, MirrorsAndFoldsElsewhereDoNotCount)
+{
+    Lattice l = Lattice::over(Box3{{}, {{1, 1, 1}}}, {3, 3, 3});
+    std::vector<Vec3> points = l.points();
+    for (Vec3& p : points) p[0] = -p[0];
+    l.set_points(points);
+    EXPECT_EQ(l.one_to_one({{}, {{1, 1, 1}}}).kind, OneToOneReport::Kind::Yes);
+
+    Lattice folded = Lattice::over(Box3{{}, {{1, 1, 1}}}, {7, 2, 2});
+    for (int j = 0; j <= 2; ++j)
+        for (int k = 0; k <= 2; ++k)
+            folded.set_point(7, j, k, folded.point(7, j, k) - Vec3{{0.6, 0, 0}});
+    ASSERT_EQ(folded.folds().kind, FoldReport::Kind::Folded);
+    expect_to_meet(folded, folded.one_to_one({{}, {{1, 1, 1}}}));
+    EXPECT_EQ(folded.one_to_one({{}, {{0.5, 1, 1}}}).kind, OneToOneReport::Kind::Yes);
+    // A flat box, a point, and none at all.
+    EXPECT_EQ(folded.one_to_one({{{0.2, 0, 0}}, {{0.2, 1, 1}}}).kind, OneToOneReport::Kind::Yes);
+    EXPECT_EQ(folded.one_to_one({{{0.2, 1, 1}}, {{0.2, 1, 1}}}).kind, OneToOneReport::Kind::Yes);
+    EXPECT_EQ(folded.one_to_one({{{5, 5, 5}}, {{6, 6, 6}}}).kind, OneToOneReport::Kind::Yes);
+}
+
+// Products of coefficients would cost too much there.
+TEST(LatticeOneToOne, GoesBySlopesAtHighDegrees)
+{
+    Lattice l = Lattice::over(Box3{{}, {{1, 1, 1}}}, {24, 24, 24});
+    std::mt19937_64 random(123);
+    l.set_moves(random_points(random, static_cast<int>(l.n_points()), 0.0005));
+    const FoldReport r = l.folds();
+    ASSERT_EQ(r.kind, FoldReport::Kind::None);
+    for (int i = 0; i < 50; ++i) {
+        const Columns3 j = l.jacobian(random_inside(random, l));
+        EXPECT_GE(dot(j[0], cross(j[1], j[2])), r.determinant);
+    }
+    EXPECT_GT(r.determinant, 0.1);
+}
+
 TEST(Lattice, CurvesAndPatchesGoByTheirControlPoints)
 {
     std::mt19937_64 random(119);

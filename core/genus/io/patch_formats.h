@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "genus/patch/tessellate.h"
+
+// The formats of patch_file.h other than its own, internal to io. Readers throw TextFault.
+namespace genus::io {
+
+/// Newell's form of the teapot: patches of sixteen numbers of points, then the points, with commas
+/// or blanks between.
+std::vector<Patch> read_newell(std::string_view text);
+/// True if the second line that is not empty has commas.
+bool is_newell(std::string_view text);
+
+/// Patches of BezierView: kinds 3, 4, 5, and 9 and 10 without their normals.
+std::vector<Patch> read_bezier_view(std::string_view text);
+std::string bezier_view_text(const std::vector<Patch>& patches);
+
+/// Patches of Geomview, [ST]BBP and [C]BEZ<u><v><3 or 4>[_ST].
+std::vector<Patch> read_geomview(std::string_view text);
+bool is_geomview(std::string_view text);
+std::string geomview_text(const std::vector<Patch>& patches);
+
+/// Bezier and B-spline surfaces of a Wavefront OBJ file, rational ones too.
+std::vector<Patch> read_obj_surfaces(std::string_view text);
+std::string obj_surfaces_text(const std::vector<Patch>& patches);
+
+/// A degree within 0 .. kMaxDegree.
+int patch_degree(const char* at, std::int64_t number);
+
+/// Makes a patch; what is wrong with its points becomes a fault at `at`.
+template <class Make>
+Patch make_patch(const char* at, const std::string& name, const Make& make);
+
+}  // namespace genus::io
