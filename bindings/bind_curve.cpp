@@ -403,36 +403,8 @@ clamped and uniform over [0, 1]; weights : (n,) positive
             "evaluate",
             [](const BSpline& curve, const py::object& t) { return evaluate_spline(curve, t); },
             py::arg("t"), "Points at parameters of any shape, clamped to the domain; (..., 3).")
-        .def(
-            "split",
-            [](const BSpline& curve, double t) {
-                require(t > curve.knots().begin() && t < curve.knots().end(), "split: t", t,
-                        "inside the domain");
-                const int more = curve.degree() - curve.knots().multiplicity(t);
-                const BSpline refined = more > 0 ? curve.with_knot(t, more) : curve;
-                // Split at a knot as often as the degree: the points before it, and from it on.
-                const auto& k = refined.knots().values();
-                std::size_t at = 0;
-                while (k[at] < t) ++at;
-                std::vector<double> first(k.begin(), k.begin() + static_cast<std::ptrdiff_t>(at)),
-                    second(1, t);
-                for (int i = 0; i <= curve.degree(); ++i) first.push_back(t);
-                second.insert(second.end(), k.begin() + static_cast<std::ptrdiff_t>(at), k.end());
-                const auto cut = [&](const auto& all, bool head) {
-                    const auto n = static_cast<std::ptrdiff_t>(at) - 1;
-                    using V = std::decay_t<decltype(all)>;
-                    if (all.empty()) return V{};
-                    return head ? V(all.begin(), all.begin() + n + 1)
-                                : V(all.begin() + n, all.end());
-                };
-                return py::make_tuple(BSpline(cut(refined.points(), true),
-                                              KnotVector(curve.degree(), std::move(first)),
-                                              cut(refined.weights(), true)),
-                                      BSpline(cut(refined.points(), false),
-                                              KnotVector(curve.degree(), std::move(second)),
-                                              cut(refined.weights(), false)));
-            },
-            py::arg("t"), "The parts before and after t, over their share of the domain.")
+        .def("split", &BSpline::split, py::arg("t"),
+             "The parts before and after t, over their share of the domain.")
         .def("insert_knot", &BSpline::with_knot, py::arg("t"), py::arg("times") = 1,
              "The same curve with one knot more.")
         .def("elevate", &BSpline::elevated, "The same curve one degree higher.")

@@ -170,11 +170,12 @@ void bind_common(py::class_<P>& c)
             "Mesh no farther than tolerance from the surface, both ways, with its error.");
 }
 
-py::tuple split_tensor(const TensorPatch& p, const py::object& u, const py::object& v)
+template <class P>
+py::tuple split_tensor(const P& p, const py::object& u, const py::object& v)
 {
     if (u.is_none() && v.is_none()) throw InvalidInput("split: give u, v or both");
     py::list parts;
-    const auto across = [&](const TensorPatch& part) {
+    const auto across = [&](const P& part) {
         if (v.is_none()) {
             parts.append(part);
             return;
@@ -239,7 +240,8 @@ points : (m + 1, n + 1, 3) control points, model units; weights : (m + 1, n + 1)
             },
             py::arg("u"), py::arg("v"),
             "The point, and a bound on the rounding error of each coordinate.")
-        .def("split", &split_tensor, py::arg("u") = py::none(), py::arg("v") = py::none(),
+        .def("split", &split_tensor<TensorPatch>, py::arg("u") = py::none(),
+             py::arg("v") = py::none(),
              "The parts on both sides of u, of v, or, with both, the four parts.")
         .def("part", &TensorPatch::part, py::arg("u0"), py::arg("u1"), py::arg("v0"), py::arg("v1"),
              "The part [u0, u1] x [v0, v1].")
@@ -348,6 +350,20 @@ BSplineSurface make_surface(const ArrayLike& points, const std::pair<int, int>& 
                           to_weights(weights));
 }
 
+BSplineSurface with_knots(const BSplineSurface& s, const py::object& u, const py::object& v)
+{
+    const auto with = [](const KnotVector& knots, const py::object& t) {
+        if (t.is_none()) return knots;
+        const double at = t.cast<double>();
+        require(at > knots.begin() && at < knots.end(), "insert_knot: knot", at,
+                "inside the domain");
+        require(knots.multiplicity(at) < knots.degree(), "insert_knot: multiplicity",
+                knots.multiplicity(at) + 1, "at most the degree");
+        return knots.with(at);
+    };
+    return s.refined(with(s.knots_u(), u), with(s.knots_v(), v));
+}
+
 void bind_surface(py::module_& m)
 {
     const auto shape = [](const BSplineSurface& s) {
@@ -393,6 +409,13 @@ clamped and uniform over [0, 1]; weights : (m, n) positive
             "Both knot vectors.")
         .def("elevate", &BSplineSurface::elevated, py::arg("in_u") = true, py::arg("in_v") = true,
              "The same surface one degree higher.")
+        .def("split", &split_tensor<BSplineSurface>, py::arg("u") = py::none(),
+             py::arg("v") = py::none(),
+             "The parts on both sides of u, of v, or, with both, the four parts, each over its "
+             "share "
+             "of the domain.")
+        .def("insert_knot", &with_knots, py::arg("u") = py::none(), py::arg("v") = py::none(),
+             "The same surface with a knot more in u, in v, or both.")
         .def("bezier_patches", &BSplineSurface::bezier_patches,
              "The polynomial (or rational) pieces, those of one u-span after another.")
         .def("__repr__", [](const BSplineSurface& s) {
@@ -482,8 +505,8 @@ model is closed. mesh.error holds the proven bound and what sampling finds.)")
                 long_call([&] { write_patches(path.text, model.patches()); });
             },
             py::arg("path"),
-            "Writes the patches as text: their number, then degrees and points of each; see "
-            "load_patches.")
+            "Writes the patches in the format of the extension, without one of these as .bpt: see "
+            "load_patches.\nWeights need .bpt, .obj or .bez, triangles .bpt or .bv.")
         .def("__len__", [](const PatchModel& model) { return model.patches().size(); })
         .def("__repr__", [](const PatchModel& model) {
             return "<genus.PatchModel: " + std::to_string(model.patches().size()) + " patches, " +
@@ -537,8 +560,11 @@ void bind_patches(py::module_& m)
             return long_call([&] { return PatchModel(read_patches(path.text)); });
         },
         py::arg("path"),
-        R"(Patches from a text file: their number; of each a line "m n" with the degrees, or "n" for a
-triangle, and its points "x y z" or "x y z weight", v running fastest.
+        R"(Patches from a text file.
+
+.bpt : their number; of each a line "m n" with the degrees, or "n" for a triangle, and its points
+"x y z" or "x y z weight", v running fastest; also Newell's form with numbered points
+.bv : BezierView; .bez and .bbp : Geomview; .obj : free-form surfaces of Wavefront's format, by pieces
 
 >>> teapot = genus.load_patches("models/patches/teapot.bpt")
 >>> len(teapot), teapot.is_closed

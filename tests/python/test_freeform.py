@@ -366,6 +366,32 @@ def test_the_teapot_in_booleans(teapot):
     assert (finer - ball).mesh(0.01).error.bound >= teapot.mesh(0.002).error.bound
 
 
+def test_spline_surfaces_split_and_take_knots():
+    rng = np.random.default_rng(15)
+    for weights in (None, rng.uniform(0.5, 2, (6, 5))):
+        s = genus.BSplineSurface(rng.standard_normal((6, 5, 3)), (3, 2), weights=weights)
+        parts = s.split(u=0.4, v=1 / 3)  # one inside a span, one at a knot
+        assert len(parts) == 4
+        u, v = rng.uniform(0, 1, (2, 200))
+        which = 2 * (u >= 0.4) + (v >= 1 / 3)
+        for k, part in enumerate(parts):
+            np.testing.assert_allclose(
+                part.evaluate(u[which == k], v[which == k]),
+                s.evaluate(u[which == k], v[which == k]),
+                atol=1e-12,
+            )
+        more = s.insert_knot(u=0.4).insert_knot(v=0.9)
+        assert more.points.shape == (7, 6, 3)
+        np.testing.assert_allclose(more.evaluate(u, v), s.evaluate(u, v), atol=1e-12)
+    for bad in (0, 1, 2, math.nan):
+        with pytest.raises(genus.InvalidInput):
+            s.split(u=bad)
+        with pytest.raises(genus.InvalidInput):
+            s.insert_knot(v=bad)
+    with pytest.raises(genus.InvalidInput, match="give u, v or both"):
+        s.split()
+
+
 def test_patch_files_round_trip_and_name_their_faults(tmp_path, teapot):
     path = tmp_path / "all.bpt"
     rng = np.random.default_rng(12)
@@ -403,6 +429,123 @@ def test_patch_files_round_trip_and_name_their_faults(tmp_path, teapot):
         (tmp_path / "cut.bpt").write_bytes(path.read_bytes()[:cut])
         with pytest.raises(genus.FileError):
             genus.load_patches(tmp_path / "cut.bpt")
+
+
+def alike(model, again, exact=True):
+    assert len(model) == len(again)
+    for a, b in zip(model.patches, again.patches, strict=True):
+        assert type(a) is type(b)
+        assert a.degree == b.degree
+        assert (a.weights is None) == (b.weights is None)
+        for x, y in [(a.points, b.points), (a.weights, b.weights)]:
+            if x is not None and exact:
+                np.testing.assert_array_equal(x, y)
+            elif x is not None:
+                np.testing.assert_allclose(x, y, rtol=1e-15, atol=1e-15)
+
+
+def test_patches_go_through_other_formats(tmp_path):
+    rng = np.random.default_rng(13)
+    plain = [genus.TensorPatch(net(rng, 2, 3)), genus.TensorPatch(net(rng, 2, 3))]
+    rational = [
+        genus.TensorPatch(net(rng, 2, 3), weights=rng.uniform(0.5, 2, (3, 4))) for _ in range(2)
+    ]
+    other = [genus.TensorPatch(net(rng, 1, 4))]
+    triangle = [genus.TrianglePatch(rng.standard_normal((10, 3)))]
+    for name, patches in [
+        ("a.bv", plain + other + triangle),
+        ("a.obj", plain + rational + other),
+        ("a.bez", plain),
+        ("a.bez", rational),
+        ("a.BBP", plain),
+    ]:
+        model = genus.PatchModel(patches)
+        model.save(tmp_path / name)
+        exact = not (name == "a.bez" and patches is rational)
+        alike(model, genus.load_patches(tmp_path / name), exact)
+    for name, patches, why in [
+        ("b.bv", rational, "has weights"),
+        ("b.obj", triangle, "is a triangle"),
+        ("b.bez", plain + other, "other degrees"),
+        ("b.bez", triangle, "is a triangle"),
+        ("b.bez", [genus.TensorPatch(net(rng, 7, 1))], "degree"),
+    ]:
+        with pytest.raises(genus.InvalidInput, match=why):
+            genus.PatchModel(patches).save(tmp_path / name)
+        assert not (tmp_path / name).exists()
+
+
+def test_newells_own_form_is_read(tmp_path, teapot):
+    """The first patches of the teapot, with points numbered from 1 and commas."""
+    few = teapot.patches[:3]
+    points = np.unique(np.concatenate([p.points.reshape(-1, 3) for p in few]), axis=0)
+    number = {tuple(p): k + 1 for k, p in enumerate(points.tolist())}
+    lines = [str(len(few))]
+    lines += [
+        ",".join(str(number[tuple(x)]) for x in p.points.reshape(-1, 3).tolist()) for p in few
+    ]
+    lines += [str(len(points))]
+    lines += [",".join(map(repr, p)) for p in points.tolist()]
+    path = tmp_path / "teapot"
+    path.write_text("\r\n".join(lines))
+    alike(genus.PatchModel(few), genus.load_patches(path))
+    bad = lines.copy()
+    bad[2] = bad[2].replace(",", ",9", 1)
+    path.write_text("\n".join(bad))
+    with pytest.raises(genus.FileError, match="there is no point 9") as caught:
+        genus.load_patches(path)
+    assert caught.value.line == 3
+
+
+OBJ = """# two spans of a rational spline, of which the left one and half of the right are meant
+{vertices}
+cstype rat bspline
+deg 2 1
+surf 0 1.5 0 1 1 2/1 3//1 -5 \\
+  5 6 7 8
+parm u 0 0 0 1 2 2 2
+parm v 0 0 1 1
+end
+"""
+
+
+def test_free_form_surfaces_of_obj_files(tmp_path):
+    rng = np.random.default_rng(14)
+    points, weights = rng.standard_normal((4, 2, 3)), rng.uniform(0.5, 2, (4, 2))
+    rows = [[*points[i, j], weights[i, j]] for j in range(2) for i in range(4)]
+    vertices = "\n".join("v " + " ".join(map(repr, map(float, r))) for r in rows)
+    path = tmp_path / "a.obj"
+    path.write_text(OBJ.format(vertices=vertices))
+    model = genus.load_patches(path)
+    surface = genus.BSplineSurface(
+        points, (2, 1), knots=([0, 0, 0, 1, 2, 2, 2], [0, 0, 1, 1]), weights=weights
+    )
+    u, v = rng.uniform(0, 1, (2, 50))
+    for k, (start, length) in enumerate([(0, 1), (1, 0.5)]):
+        np.testing.assert_allclose(
+            model.patches[k].evaluate(u, v), surface.evaluate(start + length * u, v), atol=1e-12
+        )
+    assert len(model) == 2
+    text = path.read_text()
+    for old, new, why, line in [
+        ("deg 2 1", "deg 2", "two degrees", 12),
+        ("-5", "-9", "no vertex -9", 12),
+        ("parm v 0 0 1 1", "parm v 0 1 1", "knot", 12),
+        ("bspline", "cardinal", "bezier and bspline", 12),
+        ("end", "trim 0 1 1\nend", "trimmed", 16),
+        ("end", "", "no end", 12),
+        ("0 1.5 0 1", "0 0 0 1", "range", 12),
+        ("end", "end\nf 1 2 3", "polygons", 17),
+        ("7 8", "7", "control points", 12),
+    ]:
+        path.write_text(text.replace(old, new))
+        with pytest.raises(genus.FileError, match=why) as caught:
+            genus.load_patches(path)
+        assert caught.value.line == line, why
+    for cut in range(0, len(text), 23):
+        path.write_text(text[:cut])
+        with pytest.raises(genus.FileError):
+            genus.load_patches(path)
 
 
 def test_open_patches_are_no_solid():
@@ -554,11 +697,66 @@ def test_a_boolean_of_curved_parts_is_certified_where_they_cross_at_an_angle():
     assert not touch.error.certified
 
 
+@pytest.mark.parametrize("tolerance", [0.05, 0.002])
+def test_two_balls_are_certified_at_any_angle_that_is_not_small(tolerance):
+    """Their lens, union and difference, meshed on their own and joined: at 60, 90 and 37 degrees.
+    The tip of the lens and its rim are where geometry says."""
+    rest = genus.Lattice([-2, -2, -2], 4 * np.eye(3), degree=(1, 1, 1))
+    ball = genus.sphere(1).deform(rest)
+    for apart in (1.0, math.sqrt(2), 1.9):
+        other = genus.sphere(1).translate([apart, 0, 0])
+        for solid in (ball & other, ball | other, ball - other):
+            mesh = solid.mesh(tolerance)
+            assert mesh.error.certified, mesh.error.doubt
+            assert mesh.error.doubt == ""
+            assert mesh.error.measured <= mesh.error.bound <= tolerance
+            near = np.abs(np.linalg.norm(mesh.vertices, axis=1) - 1)
+            far = np.abs(np.linalg.norm(mesh.vertices - [apart, 0, 0], axis=1) - 1)
+            assert np.minimum(near, far).max() <= mesh.error.bound
+            rim = [[apart / 2, 0, math.sqrt(1 - apart**2 / 4)]]
+            assert np.linalg.norm(mesh.vertices - rim, axis=1).min() <= 0.1
+            assert mesh.nearest(rim)[1][0] <= mesh.error.bound
+    touch = (ball | genus.sphere(1).translate([1.9999, 0, 0])).mesh(0.01)
+    assert "small angle near [" in touch.error.doubt
+    assert "not proven" in touch.report()
+
+
 def test_a_torn_solid_is_refused():
     lattice = genus.Lattice([0, 0, 0], np.eye(3))
     lattice.points[3] += [0.5, 0, 0]
     with pytest.raises(genus.InvalidInput, match="torn"):
         genus.cube(2).deform(lattice).mesh(0.01)
+
+
+def bent_bar(degrees: float, radius: float = 2.0, n: int = 12) -> genus.Lattice:
+    """A bar of 6 x 1 x 1 bent round an axis at a distance from its middle."""
+    lattice = genus.Lattice([0, -0.5, -0.5], np.diag([6.0, 1, 1]), degree=(n, 1, 1))
+    x, y, z = np.moveaxis(lattice.points.copy(), -1, 0)
+    angle = np.radians(degrees) * x / 6
+    lattice.points = np.stack(
+        [(radius - y) * np.sin(angle), radius - (radius - y) * np.cos(angle), z], -1
+    )
+    return lattice
+
+
+def test_a_strong_bend_is_shown_to_be_one_to_one():
+    bar = genus.cube([6, 1, 1]).translate([0, -0.5, -0.5])
+    bend = bent_bar(300)
+    assert bend.one_to_one().kind == "yes"
+    ring = (bar - genus.cylinder(h=2, r=0.3, center=True).translate([2, 0, 0])).deform(bend)
+    mesh = ring.mesh(0.02)
+    assert mesh.error.certified, mesh.error.doubt
+    assert mesh.topology.genus == 1
+
+    over = bent_bar(420, n=20)
+    report = over.one_to_one()
+    assert report.kind == "no"
+    p, q = report.points
+    assert np.linalg.norm(p - q) > 1
+    np.testing.assert_allclose(over.apply(p), over.apply(q), atol=1e-12)
+    assert over.one_to_one([[0, -1, -1], [4, 1, 1]]).kind == "yes"
+    assert over.one_to_one(genus.cube([4, 0.2, 0.2])).kind == "yes"
+    assert bend.one_to_one(max_pairs=10).kind == "undecided"
 
 
 # ---- Inverse FFD

@@ -6,6 +6,7 @@
 #include "genus/base/progress.h"
 #include "genus/io/input_file.h"
 #include "genus/io/output_file.h"
+#include "genus/io/patch_formats.h"
 #include "genus/io/text.h"
 
 namespace genus {
@@ -133,28 +134,65 @@ std::string head_of(const BezierTriangle& p)
     return std::to_string(p.degree()) + "\n";
 }
 
+bool has_extension(std::string_view path, std::string_view extension)
+{
+    if (path.size() <= extension.size()) return false;
+    path.remove_prefix(path.size() - extension.size());
+    return std::equal(path.begin(), path.end(), extension.begin(),
+                      [](char a, char b) { return io::to_lower(a) == b; });
+}
+
+std::vector<Patch> parse(std::string_view text, const std::string& name)
+{
+    if (io::is_geomview(text))
+        return io::with_lines(text, name, [&] { return io::read_geomview(text); });
+    if (has_extension(name, ".obj"))
+        return io::with_lines(text, name, [&] { return io::read_obj_surfaces(text); });
+    if (has_extension(name, ".bv"))
+        return io::with_lines(text, name, [&] { return io::read_bezier_view(text); });
+    if (io::is_newell(text)) {
+        std::string blanks(text);
+        std::replace(blanks.begin(), blanks.end(), ',', ' ');
+        return io::with_lines(blanks, name, [&] { return io::read_newell(blanks); });
+    }
+    return io::with_lines(text, name, [&] { return Reader(text).run(); });
+}
+
+std::string bpt_text(const std::vector<Patch>& patches)
+{
+    std::string text = std::to_string(patches.size()) + "\n";
+    for (const Patch& patch : patches)
+        std::visit([&](const auto& p) { text += head_of(p) + text_of(p); }, patch);
+    return text;
+}
+
+std::string text_for(const std::string& path, const std::vector<Patch>& patches)
+{
+    if (has_extension(path, ".bv")) return io::bezier_view_text(patches);
+    if (has_extension(path, ".bez") || has_extension(path, ".bbp"))
+        return io::geomview_text(patches);
+    if (has_extension(path, ".obj")) return io::obj_surfaces_text(patches);
+    return bpt_text(patches);
+}
+
 }  // namespace
 
 std::vector<Patch> parse_patches(const std::string& text, const std::string& name)
 {
-    return io::with_lines(text, name, [&] { return Reader(text).run(); });
+    return parse(text, name);
 }
 
 std::vector<Patch> read_patches(const std::string& path)
 {
     const io::InputFile file(path);
-    const std::string_view text = io::as_text(file.bytes());
-    return io::with_lines(text, path, [&] { return Reader(text).run(); });
+    return parse(io::as_text(file.bytes()), path);
 }
 
 void write_patches(const std::string& path, const std::vector<Patch>& patches)
 {
+    const std::string text = text_for(path, patches);
     io::OutputFile out(path);
-    out.write(std::to_string(patches.size()) + "\n");
-    for (const Patch& patch : patches) {
-        current_progress().check();
-        std::visit([&](const auto& p) { out.write(head_of(p) + text_of(p)); }, patch);
-    }
+    out.write(text);
     out.commit();
 }
 

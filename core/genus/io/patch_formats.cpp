@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <tuple>
+#include <type_traits>
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
@@ -41,13 +44,6 @@ std::size_t triangle_size(int n)
     return grid_size(n, n + 1) / 2;
 }
 
-std::string line_of(const Vec3& p)
-{
-    return to_text(p[0]) + " " + to_text(p[1]) + " " + to_text(p[2]);
-}
-
-}  // namespace
-
 int read_degree(TextCursor& at, const std::string& of)
 {
     at.skip_space();
@@ -57,6 +53,18 @@ int read_degree(TextCursor& at, const std::string& of)
         throw TextFault{start, "the degree " + std::to_string(degree) +
                                    " is no whole number from 0 to " + std::to_string(kMaxDegree)};
     return static_cast<int>(degree);
+}
+
+}  // namespace
+
+std::string to_text(const Vec3& p)
+{
+    return genus::to_text(p[0]) + " " + genus::to_text(p[1]) + " " + genus::to_text(p[2]);
+}
+
+void cannot_write(std::size_t number, const std::string& why)
+{
+    throw InvalidInput("write_patches: " + name_of(number) + " " + why);
 }
 
 // ---- Newell
@@ -141,8 +149,7 @@ std::vector<Patch> read_bezier_view(std::string_view text)
             if (kind == 10)
                 for (int& d : normals) d = read_degree(at, name);
             patches.emplace_back(TensorPatch(m, n, points(at, grid_size(m, n), name)));
-            if (kind == 10)
-                points(at, grid_size(normals[0], normals[1]), "the normals of " + name);
+            if (kind == 10) points(at, grid_size(normals[0], normals[1]), "the normals of " + name);
         } else {
             throw TextFault{start, name + " is of kind " + std::to_string(kind) +
                                        "; 3, 4, 5, 9 and 10 are read"};
@@ -150,15 +157,6 @@ std::vector<Patch> read_bezier_view(std::string_view text)
     }
     return patches;
 }
-
-namespace {
-
-[[noreturn]] void cannot_write(std::size_t number, const std::string& why)
-{
-    throw InvalidInput("write_patches: " + name_of(number) + " " + why);
-}
-
-}  // namespace
 
 std::string bezier_view_text(const std::vector<Patch>& patches)
 {
@@ -173,7 +171,7 @@ std::string bezier_view_text(const std::vector<Patch>& patches)
                             std::to_string(p.degree_v()) + "\n";
                 else
                     text += "3\n" + std::to_string(p.degree()) + "\n";
-                for (const Vec3& x : p.points()) text += line_of(x) + "\n";
+                for (const Vec3& x : p.points()) text += to_text(x) + "\n";
             },
             patches[k]);
     return text;
@@ -248,8 +246,8 @@ std::vector<Patch> read_geomview(std::string_view text)
                 const char* place = at.p;
                 const double w = weights[k] = at.number(what.c_str());
                 if (!(w > 0.0))
-                    throw TextFault{place, "a weight of " + name + " is " + to_text(w) +
-                                               ", must be positive"};
+                    throw TextFault{
+                        place, "a weight of " + name + " is " + genus::to_text(w) + ", must be positive"};
                 net[k] = net[k] / w;
                 if (!is_finite(net[k])) throw TextFault{place, "a point of " + name + " overflows"};
             }
@@ -273,14 +271,15 @@ std::string geomview_text(const std::vector<Patch>& patches)
             "BEZ" + std::to_string(m) + std::to_string(n) + (p->rational() ? "4" : "3") + "\n";
         if (k == 0) text = head = own;
         if (own != head)
-            cannot_write(k, "has other degrees or weights than the first; in a file for Geomview "
-                            "all are alike");
+            cannot_write(k,
+                         "has other degrees or weights than the first; in a file for Geomview "
+                         "all are alike");
         for (int j = 0; j <= n; ++j)
             for (int i = 0; i <= m; ++i) {
                 const auto at = static_cast<std::size_t>(i * (n + 1) + j);
                 const double w = p->rational() ? p->weights()[at] : 1.0;
-                text += line_of(p->points()[at] * w);
-                text += p->rational() ? " " + to_text(w) + "\n" : "\n";
+                text += to_text(p->points()[at] * w);
+                text += p->rational() ? " " + genus::to_text(w) + "\n" : "\n";
             }
     }
     return text.empty() ? "BBP\n" : text;

@@ -24,15 +24,14 @@ std::vector<Patch> read_geomview(std::string_view text);
 bool is_geomview(std::string_view text);
 std::string geomview_text(const std::vector<Patch>& patches);
 
-/// Bezier and B-spline surfaces of a Wavefront OBJ file, rational ones too.
+/// Bezier and B-spline surfaces of a Wavefront OBJ file, rational ones too, piece by piece.
 std::vector<Patch> read_obj_surfaces(std::string_view text);
 std::string obj_surfaces_text(const std::vector<Patch>& patches);
 
-/// A degree within 0 .. kMaxDegree.
-int patch_degree(const char* at, std::int64_t number);
+/// "x y z", numbers that read back the same.
+std::string to_text(const Vec3& p);
 
-/// Makes a patch; what is wrong with its points becomes a fault at `at`.
-template <class Make>
-Patch make_patch(const char* at, const std::string& name, const Make& make);
+/// Throws InvalidInput: `write_patches: patch 3 ` and why its format has no way to say it.
+[[noreturn]] void cannot_write(std::size_t number, const std::string& why);
 
 }  // namespace genus::io

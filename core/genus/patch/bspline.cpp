@@ -448,6 +448,34 @@ BSpline BSpline::with_knot(double t, int times) const
     return refined_to(*this, knots_.with(t, times));
 }
 
+KnotVector::Split KnotVector::split(double t) const
+{
+    require(t > begin() && t < end(), "KnotVector::split: t", t, "inside the domain");
+    KnotVector whole = with(t, std::max(0, degree_ - multiplicity(t)));
+    const std::vector<double>& k = whole.values();
+    const auto at = std::lower_bound(k.begin(), k.end(), t);
+    std::vector<double> before(k.begin(), at), after(1, t);
+    before.insert(before.end(), static_cast<std::size_t>(degree_) + 1, t);
+    after.insert(after.end(), at, k.end());
+    KnotVector first(degree_, std::move(before)), second(degree_, std::move(after));
+    return {std::move(whole), std::move(first), std::move(second)};
+}
+
+std::pair<BSpline, BSpline> BSpline::split(double t) const
+{
+    const KnotVector::Split knots = knots_.split(t);
+    const BSpline whole = refined(knots.whole);
+    const auto n = static_cast<std::ptrdiff_t>(knots.before.n_points());
+    const auto first = [&](const auto& all) {
+        return all.empty() ? all : std::decay_t<decltype(all)>(all.begin(), all.begin() + n);
+    };
+    const auto second = [&](const auto& all) {
+        return all.empty() ? all : std::decay_t<decltype(all)>(all.begin() + n - 1, all.end());
+    };
+    return {BSpline(first(whole.points()), knots.before, first(whole.weights())),
+            BSpline(second(whole.points()), knots.after, second(whole.weights()))};
+}
+
 BSpline BSpline::refined(const KnotVector& knots) const
 {
     require(knots.degree() == degree(), "BSpline::refined: degree", knots.degree(),

@@ -50,10 +50,19 @@ public:
     KnotVector with(double t, int times = 1) const;
     /// One degree higher, every knot once more: the knots of the same splines elevated.
     KnotVector elevated() const;
+    /// Those of both parts of a spline cut at t, and of the spline with t as often as the degree,
+    /// whose control points the parts have: the first its first ones, the second its last, and both
+    /// the one between. Throws InvalidInput unless t is inside the domain.
+    struct Split;
+    Split split(double t) const;
 
 private:
     int degree_;
     std::vector<double> knots_;
+};
+
+struct KnotVector::Split {
+    KnotVector whole, before, after;
 };
 
 /// B-spline curve, with weights a NURBS. Control points in model units.
@@ -86,6 +95,8 @@ public:
     /// The same curve with the knot inserted (Boehm). Throws InvalidInput where the multiplicity
     /// would exceed the degree, or outside the domain.
     BSpline with_knot(double t, int times = 1) const;
+    /// The parts before and after t, each over its share of the domain.
+    std::pair<BSpline, BSpline> split(double t) const;
     /// The same curve with a knot vector that contains its own. Throws InvalidInput if not.
     BSpline refined(const KnotVector& knots) const;
     BSpline elevated() const;

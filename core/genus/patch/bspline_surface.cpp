@@ -269,6 +269,31 @@ BSplineSurface BSplineSurface::elevated(bool in_u, bool in_v) const
     return refined(in_u ? u_.elevated() : u_, in_v ? v_.elevated() : v_);
 }
 
+std::pair<BSplineSurface, BSplineSurface> BSplineSurface::split_u(double u) const
+{
+    const KnotVector::Split knots = u_.split(u);
+    const std::vector<Vec4> all = refined(knots.whole, v_).homogeneous();
+    const std::span<const Vec4> h = all;
+    const std::size_t row = at(v_.n_points()), n = at(knots.before.n_points());
+    return {from_homogeneous(knots.before, v_, h.first(n * row), rational()),
+            from_homogeneous(knots.after, v_, h.subspan((n - 1) * row), rational())};
+}
+
+std::pair<BSplineSurface, BSplineSurface> BSplineSurface::split_v(double v) const
+{
+    const KnotVector::Split knots = v_.split(v);
+    const std::vector<Vec4> h = refined(u_, knots.whole).homogeneous();
+    const std::size_t row = at(knots.whole.n_points()), n = at(knots.before.n_points());
+    std::vector<Vec4> before, after;
+    for (std::size_t start = 0; start < h.size(); start += row)
+        for (std::size_t j = 0; j < row; ++j) {
+            if (j < n) before.push_back(h[start + j]);
+            if (j + 1 >= n) after.push_back(h[start + j]);
+        }
+    return {from_homogeneous(u_, knots.before, before, rational()),
+            from_homogeneous(u_, knots.after, after, rational())};
+}
+
 std::vector<TensorPatch> BSplineSurface::bezier_patches() const
 {
     const KnotVector bu = bezier_knots(u_), bv = bezier_knots(v_);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genus/patch/bspline.h"
@@ -42,6 +43,10 @@ public:
     /// The same surface with knot vectors that contain its own, or elevated ones.
     BSplineSurface refined(const KnotVector& knots_u, const KnotVector& knots_v) const;
     BSplineSurface elevated(bool in_u, bool in_v) const;
+    /// The parts on both sides of a parameter, each over its share of the domain. Throws
+    /// InvalidInput unless it is inside.
+    std::pair<BSplineSurface, BSplineSurface> split_u(double u) const;
+    std::pair<BSplineSurface, BSplineSurface> split_v(double v) const;
 
     /// The pieces, those of one u-span after another; `n_spans_v` of them in each.
     std::vector<TensorPatch> bezier_patches() const;
