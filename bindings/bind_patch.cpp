@@ -522,8 +522,8 @@ PolygonMesh polygons_of(const py::object& mesh)
     return to_polygon_mesh(mesh[py::int_(0)], mesh[py::int_(1)]);
 }
 
-Mesh subdivided(const py::object& mesh, int levels, const std::string& scheme,
-                const py::iterable& creases, const std::vector<std::int32_t>& corners, bool limit)
+SubdivisionMesh subdivision_mesh(const py::object& mesh, const py::iterable& creases,
+                                 const std::vector<std::int32_t>& corners)
 {
     SubdivisionMesh s{polygons_of(mesh), {}, corners};
     for (const py::handle item : creases) {
@@ -535,15 +535,35 @@ Mesh subdivided(const py::object& mesh, int levels, const std::string& scheme,
         if (n == 3) c.sharpness = crease[2].cast<double>();
         s.creases.push_back(c);
     }
-    const bool loop = choice(scheme, "subdivide: scheme", {"catmull_clark", "loop"}) == 1;
+    return s;
+}
+
+SubdivisionScheme scheme_of(const std::string& name, const char* argument)
+{
+    return choice(name, argument, {"catmull_clark", "loop"}) == 1 ? SubdivisionScheme::Loop
+                                                                  : SubdivisionScheme::CatmullClark;
+}
+
+Mesh subdivided(const py::object& mesh, int levels, const std::string& scheme_name,
+                const py::iterable& creases, const std::vector<std::int32_t>& corners, bool limit)
+{
+    const SubdivisionMesh s = subdivision_mesh(mesh, creases, corners);
+    const SubdivisionScheme scheme = scheme_of(scheme_name, "subdivide: scheme");
     return Mesh(long_call([&] {
-        SubdivisionMesh fine = loop ? loop_subdivision(s, levels) : catmull_clark(s, levels);
-        if (limit)
-            fine.mesh.vertices = limit_surface(fine, loop ? SubdivisionScheme::Loop
-                                                          : SubdivisionScheme::CatmullClark)
-                                     .points;
+        SubdivisionMesh fine = scheme == SubdivisionScheme::Loop ? loop_subdivision(s, levels)
+                                                                 : catmull_clark(s, levels);
+        if (limit) fine.mesh.vertices = limit_surface(fine, scheme).points;
         return to_triangles(fine.mesh);
     }));
+}
+
+py::tuple limits(const py::object& mesh, const std::string& scheme_name,
+                 const py::iterable& creases, const std::vector<std::int32_t>& corners)
+{
+    const SubdivisionMesh s = subdivision_mesh(mesh, creases, corners);
+    const SubdivisionScheme scheme = scheme_of(scheme_name, "limit_surface: scheme");
+    LimitSurface limit = long_call([&] { return limit_surface(s, scheme); });
+    return py::make_tuple(to_array(std::move(limit.points)), to_array(std::move(limit.normals)));
 }
 
 }  // namespace
@@ -587,6 +607,17 @@ corners : vertices that do not move; limit : put the vertices on the limit surfa
 >>> mesh = genus.subdivide((points, faces), 2)
 >>> len(mesh), mesh.topology.euler
 (192, 2))");
+    m.def(
+        "limit_surface", &limits, py::arg("mesh"), py::arg("scheme") = "catmull_clark",
+        py::kw_only(), py::arg("creases") = py::tuple(), py::arg("corners") = py::tuple(),
+        R"(Where the vertices of a mesh go on the limit surface of its subdivision, (n, 3), and the unit
+normals there, (n, 3): zero on creases, at corners and wherever there is none. See subdivide.
+
+>>> points = [[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
+>>> faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+>>> limit, normals = genus.limit_surface((points, faces))
+>>> limit[7].round(6).tolist(), normals[7].round(6).tolist()
+([0.5, 0.5, 0.5], [0.57735, 0.57735, 0.57735]))");
 }
 
 }  // namespace genus::python

@@ -1049,6 +1049,13 @@ def subdivide(
     corners: Sequence[int] = (),
     limit: bool = False,
 ) -> Mesh: ...
+def limit_surface(
+    mesh: Mesh | tuple[ArrayLike, Sequence[Sequence[int]] | ArrayLike],
+    scheme: str = "catmull_clark",
+    *,
+    creases: Iterable[Sequence[float]] = (),
+    corners: Sequence[int] = (),
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def load_patches(path: _Path) -> PatchModel: ...
 def mesh_formats() -> list[str]: ...
 def load_region(

@@ -148,7 +148,8 @@ public:
     /// Newton's method and proven by Krawczyk's test.
     ///
     /// Implements [meisters1963] (from the boundary to the whole).
-    /// `max_pairs` bounds the work, by about 10 microseconds a pair at degree 3.
+    /// `max_pairs` bounds the work: about 10 microseconds each, for pairs of a cubic lattice; one
+    /// of 16^3 points counts 64 of them.
     OneToOneReport one_to_one(const Box3& x, int max_pairs = 200000) const;
 
     /// The point that the deformation takes to y: Newton's method from y, then from boxes whose

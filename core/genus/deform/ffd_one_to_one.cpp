@@ -8,6 +8,7 @@
 #include "genus/base/progress.h"
 #include "genus/deform/ffd.h"
 #include "genus/deform/lattice_net.h"
+#include "genus/mesh/aabb_tree.h"
 
 namespace genus {
 
@@ -15,6 +16,7 @@ using namespace lattice;
 
 namespace {
 
+constexpr double kUsual = 64.0;        // coefficients that a pair of rectangles is compared by
 constexpr double kSmallest = 0x1p-20;  // side of a rectangle, of the lattice
 
 // A rectangle of the surface of the box and its image; its halves are made once, when asked for.
@@ -145,10 +147,14 @@ public:
     {
         // The largest first, so that points that meet are found early.
         std::deque<std::array<Rectangle*, 2>> open;
+        std::vector<Box3> images;
+        for (const auto& r : rectangles_) images.push_back(r->image);
+        const BoxTree tree(images);
         for (std::size_t i = 0; i < rectangles_.size(); ++i)
-            for (std::size_t j = 0; j <= i; ++j)
-                open.push_back({rectangles_[i].get(), rectangles_[j].get()});
-        for (int n = 0; !open.empty(); ++n) {
+            tree.visit_overlapping(images[i], [&](std::int32_t j) {
+                if (at(j) <= i) open.push_back({rectangles_[i].get(), rectangles_[at(j)].get()});
+            });
+        while (!open.empty()) {
             current_progress().check();
             const auto [a, b] = open.front();
             open.pop_front();
@@ -156,7 +162,7 @@ public:
             if (auto found = meeting(*a, *b)) return *found;
             Rectangle& larger = a->image.diagonal() >= b->image.diagonal() ? *a : *b;
             const Vec3 size = larger.box.size();
-            if (n >= max_pairs || size[longest_axis(size)] < 2.0 * kSmallest)
+            if (work_ > max_pairs || size[longest_axis(size)] < 2.0 * kSmallest)
                 return {OneToOneReport::Kind::Undecided,
                         {lattice_.global(a->box.center()), lattice_.global(b->box.center())},
                         0.0};
@@ -189,16 +195,19 @@ private:
 
     // The difference of two images is the mean of the derivative between the points, times their
     // difference.
-    bool one_to_one_over(const Rectangle& a, const Rectangle& b) const
+    bool one_to_one_over(const Rectangle& a, const Rectangle& b)
     {
         Box3 both = a.box;
         both.add(b.box);
+        const std::vector<Piece>* pieces = &pieces_;
         for (std::size_t axis = 0; axis < 3; ++axis)
-            if (both.min[axis] == both.max[axis]) {
-                const std::size_t side = both.min[axis] == box_.min[axis] ? 0 : 1;
-                return lattice_.least_determinant(sides_[axis][side], both) > 0.0;
-            }
-        return lattice_.least_determinant(pieces_, both) > 0.0;
+            if (both.min[axis] == both.max[axis])
+                pieces = &sides_[axis][both.min[axis] == box_.min[axis] ? 0 : 1];
+        std::size_t coefficients = 0;
+        for (const Piece& piece : *pieces)
+            if (overlap(piece.box, both)) coefficients += piece.net.c.size();
+        work_ += std::max(1.0, static_cast<double>(coefficients) / kUsual);
+        return lattice_.least_determinant(*pieces, both) > 0.0;
     }
 
     // Two points, one of each rectangle or near it, that go to one place.
@@ -207,6 +216,9 @@ private:
         constexpr int kMostTries = 2000;
         if (overlap(a.box, b.box) || n_tries_ >= kMostTries) return std::nullopt;
         ++n_tries_;
+        double coefficients = 1.0;
+        for (int axis = 0; axis < 3; ++axis) coefficients *= lattice_.degree(axis) + 1;
+        work_ += coefficients / kUsual;
         return lattice_.meeting(box_, a.box.center(), b.box.center());
     }
 
@@ -216,6 +228,7 @@ private:
     std::array<std::array<std::vector<Piece>, 2>, 3> sides_;
     std::vector<std::unique_ptr<Rectangle>> rectangles_;
     int n_tries_ = 0;
+    double work_ = 0.0;  // in pairs of a cubic lattice
 };
 
 // Starting from `start`, another point of the box that goes where p does.
