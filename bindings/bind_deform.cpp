@@ -346,6 +346,20 @@ void bind_one_to_one(py::module_& m)
         });
 }
 
+// One number for all three axes, or three.
+std::array<int, 3> per_axis(const py::object& value, const char* argument)
+{
+    try {
+        if (py::isinstance<py::int_>(value)) {
+            const int n = value.cast<int>();
+            return {n, n, n};
+        }
+        return value.cast<std::array<int, 3>>();
+    } catch (const py::cast_error&) {
+        throw py::type_error(std::string(argument) + ": expected a whole number or three");
+    }
+}
+
 Box3 lattice_box(const Lattice& lattice)
 {
     Box3 box;
@@ -365,7 +379,7 @@ void bind_lattices(py::module_& m, py::class_<Solid>& solid)
                             R"(Free-form deformation by control points over a parallelepiped.
 
 origin, axes : its corner and its three edges, (3,) and (3, 3), model units
-degree : of the Bernstein polynomials along each axis; (l + 1, m + 1, n + 1) control points
+degree : of the Bernstein polynomials along each axis, or of all; (l + 1, m + 1, n + 1) points
 
 Points outside stay where they are. The array `points` may be written to, in place or whole.
 
@@ -373,23 +387,25 @@ Points outside stay where they are. The array `points` may be written to, in pla
 >>> lattice.points[1, 1, 2] += [0, 0, 4]
 >>> lattice.apply([2, 2, 4]).tolist(), lattice.apply([9, 9, 9]).tolist()
 ([2.0, 2.0, 5.0], [9.0, 9.0, 9.0]))");
-    c.def(py::init([](const VectorLike& origin, const ArrayLike& axes, const Counts& degree) {
-              return PyLattice(Lattice(to_vec3(origin, "origin"), to_axes(axes), degree));
+    c.def(py::init([](const VectorLike& origin, const ArrayLike& axes, const py::object& degree) {
+              return PyLattice(
+                  Lattice(to_vec3(origin, "origin"), to_axes(axes), per_axis(degree, "degree")));
           }),
           py::arg("origin"), py::arg("axes"), py::arg("degree") = Counts{3, 3, 3})
         .def_static(
             "bspline",
-            [](const VectorLike& origin, const ArrayLike& axes, const Counts& counts, int degree) {
-                return PyLattice(
-                    Lattice::bspline(to_vec3(origin, "origin"), to_axes(axes), counts, degree));
+            [](const VectorLike& origin, const ArrayLike& axes, const py::object& counts,
+               int degree) {
+                return PyLattice(Lattice::bspline(to_vec3(origin, "origin"), to_axes(axes),
+                                                  per_axis(counts, "counts"), degree));
             },
             py::arg("origin"), py::arg("axes"), py::arg("counts"), py::arg("degree") = 3,
             "Lattice of B-splines with `counts` control points along the axes: local, and of use "
             "where\nBernstein degrees get high.")
         .def_static(
             "over",
-            [](const py::object& what, const Counts& degree) {
-                return PyLattice(Lattice::over(box_of(what), degree));
+            [](const py::object& what, const py::object& degree) {
+                return PyLattice(Lattice::over(box_of(what), per_axis(degree, "degree")));
             },
             py::arg("box"), py::arg("degree") = Counts{3, 3, 3},
             "Lattice over a box, (2, 3), or that of a Mesh, Solid or patch.")

@@ -209,7 +209,7 @@ Solid solid_of(const py::object& given)
 {
     if (py::isinstance<PatchModel>(given)) {
         const auto& model = given.cast<const PatchModel&>();
-        return long_call([&] { return patch_solid(model); });
+        return long_call([&] { return patch_solid(oriented(model)); });
     }
     if (!py::isinstance<Mesh>(given))
         throw py::type_error("solid: expected a Mesh or a PatchModel");

@@ -760,15 +760,15 @@ class LatticeSolver:
 
 class Lattice:
     def __init__(
-        self, origin: _Vector, axes: ArrayLike, degree: Sequence[int] = [3, 3, 3]
+        self, origin: _Vector, axes: ArrayLike, degree: int | Sequence[int] = [3, 3, 3]
     ) -> None: ...
     @staticmethod
     def bspline(
-        origin: _Vector, axes: ArrayLike, counts: Sequence[int], degree: int = 3
+        origin: _Vector, axes: ArrayLike, counts: int | Sequence[int], degree: int = 3
     ) -> Lattice: ...
     @staticmethod
     def over(
-        box: ArrayLike | Mesh | Solid | PatchModel, degree: Sequence[int] = [3, 3, 3]
+        box: ArrayLike | Mesh | Solid | PatchModel, degree: int | Sequence[int] = [3, 3, 3]
     ) -> Lattice: ...
     @property
     def points(self) -> NDArray[np.float64]: ...

@@ -307,10 +307,11 @@ def test_neighbours_have_no_crack():
         # One sheet with one border: V - E + F = 1. A crack would be a second border, or a slit.
         assert (topology.components, topology.boundary_loops, topology.euler) == (1, 1, 1), case
         assert topology.manifold, case
-        used = np.unique(mesh.faces)
-        assert len(used) == len(mesh.vertices), case
-        _, counts = np.unique(mesh.vertices, axis=0, return_counts=True)
-        assert counts.max() == 1, case
+        assert np.bincount(mesh.faces.ravel()).min() > 0, case
+        # Bits of the coordinates mixed into one number: different numbers, different places.
+        bits = (mesh.vertices + 0.0).view(np.uint64) * np.array([1, 2654435761, 40503], np.uint64)
+        mixed = np.bitwise_xor.reduce(bits * np.uint64(0x9E3779B97F4A7C15), axis=1)
+        assert len(np.unique(mixed)) == len(mesh.vertices), case
     assert len(kinds) == 3
 
 
@@ -697,7 +698,7 @@ def test_a_boolean_of_curved_parts_is_certified_where_they_cross_at_an_angle():
     assert not touch.error.certified
 
 
-@pytest.mark.parametrize("tolerance", [0.05, 0.002])
+@pytest.mark.parametrize("tolerance", [0.05, 0.01])
 def test_two_balls_are_certified_at_any_angle_that_is_not_small(tolerance):
     """Their lens, union and difference, meshed on their own and joined: at 60, 90 and 37 degrees.
     The tip of the lens and its rim are where geometry says."""
@@ -718,7 +719,25 @@ def test_two_balls_are_certified_at_any_angle_that_is_not_small(tolerance):
             assert mesh.nearest(rim)[1][0] <= mesh.error.bound
     touch = (ball | genus.sphere(1).translate([1.9999, 0, 0])).mesh(0.01)
     assert "small angle near [" in touch.error.doubt
-    assert "not proven" in touch.report()
+    assert "not proven" in str(touch.report())
+
+
+def test_sizes_far_from_one_change_no_normal():
+    rng = np.random.default_rng(16)
+    points, corners = net(rng, 3, 2), rng.standard_normal((10, 3))
+    u, v = rng.uniform(0, 0.5, (2, 20))
+    for make, given in [(genus.TensorPatch, points), (genus.TrianglePatch, corners)]:
+        usual = make(given).normals(u, v)
+        for size in (1e150, 1e120, 1e-120, 1e-200, 1e-290):
+            np.testing.assert_allclose(make(given * size).normals(u, v), usual, atol=1e-9)
+    lattice = genus.Lattice([0, 0, 0], np.eye(3), degree=2)
+    assert lattice.degree == (2, 2, 2)
+    with pytest.raises(TypeError, match="whole number or three"):
+        genus.Lattice([0, 0, 0], np.eye(3), degree=(1, 2))
+    # A profile that runs downward puts the fronts inside; a solid has them outside all the same.
+    down = genus.elliptic_arc([0, 0, 0], [0, 0, -1], [1, 0, 0], 0, 180)
+    ball = genus.solid(genus.PatchModel([genus.surface_of_revolution(down)])).mesh(0.01)
+    assert ball.volume == pytest.approx(4 / 3 * math.pi, abs=0.01 * ball.area)
 
 
 def test_a_torn_solid_is_refused():

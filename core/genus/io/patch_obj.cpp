@@ -252,8 +252,8 @@ private:
                 points[i * n + j] = x.p;
                 if (rational_) weights[i * n + j] = x.weight;
             }
-        const BSplineSurface surface(u, v, std::move(points), std::move(weights));
-        const std::vector<TensorPatch> pieces = surface.bezier_patches();
+        const std::vector<TensorPatch> pieces =
+            bezier_pieces(u, v, std::move(points), std::move(weights));
         std::size_t next = 0;
         for (const int i : u.spans())
             for (const int j : v.spans()) {
@@ -265,6 +265,16 @@ private:
                 patches_.emplace_back(whole ? piece
                                             : piece.part((*a)[0], (*a)[1], (*b)[0], (*b)[1]));
             }
+    }
+
+    // A single Bezier patch stays as it is, to the last bit.
+    std::vector<TensorPatch> bezier_pieces(const KnotVector& u, const KnotVector& v,
+                                           std::vector<Vec3> points,
+                                           std::vector<double> weights) const
+    {
+        if (type_.text == "bezier" && u.spans().size() == 1 && v.spans().size() == 1)
+            return {TensorPatch(u.degree(), v.degree(), std::move(points), std::move(weights))};
+        return BSplineSurface(u, v, std::move(points), std::move(weights)).bezier_patches();
     }
 
     // What of a span lies in a range, in parameters of the span from 0 to 1.

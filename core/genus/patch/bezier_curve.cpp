@@ -467,6 +467,10 @@ CurveLength BezierCurve::length(double tolerance, double a, double b) const
     const double n = degree() + 1.0;
     const double size = bounds().diagonal();
     CurveLength total{0.0, 4.0 * n * n * kEpsilon * size};
+    // Below rounding no piece is short enough.
+    if (total.bound > tolerance) give_up("BezierCurve::length", tolerance, total.bound, bounds());
+    constexpr int kMostPieces = 1 << 17;
+    int n_pieces = 0;
     const SpeedIntegral speed(*this);
     std::vector<Vec3> pieces = {{{a, b, 0.0}}};  // from, to, depth
     while (!pieces.empty()) {
@@ -479,7 +483,7 @@ CurveLength BezierCurve::length(double tolerance, double a, double b) const
             const auto rough = bracketed_length(segment(lo, hi));
             if (!part || rough.bound < part->bound) part = rough;
         }
-        if (part->bound > share && piece[2] < kMaxDepth) {
+        if (part->bound > share && piece[2] < kMaxDepth && ++n_pieces < kMostPieces) {
             current_progress().check();
             pieces.push_back({{middle, hi, piece[2] + 1}});
             pieces.push_back({{lo, middle, piece[2] + 1}});

@@ -111,6 +111,8 @@ SurfacePoint BezierTriangle::partials(double u, double v) const
 
 Vec3 BezierTriangle::normal(double u, double v) const
 {
+    if (auto usual = control::of_usual_size(points_))
+        return BezierTriangle(n_, std::move(*usual), weights_).normal(u, v);
     const SurfacePoint s = partials(u, v);
     const Vec3 n = cross(s.pu, s.pv);
     const double least = 1e-9 * bounds().diagonal();
@@ -175,6 +177,10 @@ void BezierTriangle::evaluate(std::span<const double> u, std::span<const double>
             "BezierTriangle::evaluate: u, v, points and normals must be equally long");
     if (n_ == 0) return elevated().evaluate(u, v, points, normals);
     run_bulk(*this, u, v, points, normals);
+    if (auto usual = control::of_usual_size(points_)) {
+        std::vector<Vec3> elsewhere(points.size());
+        run_bulk(BezierTriangle(n_, std::move(*usual), weights_), u, v, elsewhere, normals);
+    }
 }
 
 BezierCurve BezierTriangle::edge(int k) const

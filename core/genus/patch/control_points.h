@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,6 +62,23 @@ inline Box3 bounds(std::span<const Vec3> points)
     Box3 box;
     for (const Vec3& p : points) box.add(p);
     return box;
+}
+
+/// The points at a size near 1, by a power of two, if they are so large or so small that products
+/// of two lengths overflow or vanish; else nothing. Normals are those of the points themselves.
+inline std::optional<std::vector<Vec3>> of_usual_size(std::span<const Vec3> points)
+{
+    constexpr double kLeast = 1e-60, kMost = 1e60;
+    double size = 0.0;
+    for (const Vec3& p : points)
+        for (std::size_t k = 0; k < 3; ++k)
+            size = std::max(size, std::fabs(0.5 * p[k] - 0.5 * points[0][k]));
+    if (size == 0.0 || (size > kLeast && size < kMost)) return std::nullopt;
+    const int exponent = -std::ilogb(size);
+    std::vector<Vec3> result(points.begin(), points.end());
+    for (Vec3& p : result)
+        for (double& x : p.c) x = std::ldexp(x, exponent);
+    return result;
 }
 
 /// Images under an affine map. Throws InvalidInput for a projection.

@@ -143,6 +143,8 @@ SurfacePoint TensorPatch::partials(double u, double v) const
 
 Vec3 TensorPatch::normal(double u, double v) const
 {
+    if (auto usual = control::of_usual_size(points_))
+        return TensorPatch(m_, n_, std::move(*usual), weights_).normal(u, v);
     const SurfacePoint s = partials(u, v);
     const Vec3 n = cross(s.pu, s.pv);
     const double tangents = norm(s.pu) * norm(s.pv);
@@ -212,6 +214,10 @@ void TensorPatch::evaluate(std::span<const double> u, std::span<const double> v,
     if (m_ == 0 || n_ == 0)
         return elevated(m_ == 0 ? 1 : 0, n_ == 0 ? 1 : 0).evaluate(u, v, points, normals);
     run_bulk(*this, u, v, points, normals);
+    if (auto usual = control::of_usual_size(points_)) {
+        std::vector<Vec3> elsewhere(points.size());
+        run_bulk(TensorPatch(m_, n_, std::move(*usual), weights_), u, v, elsewhere, normals);
+    }
 }
 
 BezierCurve TensorPatch::edge(int k) const
