@@ -100,9 +100,11 @@ TEST(BooleanRoad, RoundBoresGoThroughAnyPolyhedron)
     EXPECT_TRUE(validate(made.mesh).ok());
     EXPECT_EQ(topology(made.mesh).genus, 2);
     EXPECT_NEAR(volume(made.mesh), 21 - 2 * 3 * 0.0625 * 3.14159265358979, 1e-3 * 2 * 3 * 1.6);
-    EXPECT_FALSE(made.error.certified);
+    // The bores cross the walls at right angles: that is proven.
+    EXPECT_TRUE(made.error.certified) << made.error.doubt;
     EXPECT_LE(made.error.bound, 1e-3);
-    EXPECT_GT(made.error.bound, 0.0);
+    EXPECT_GE(made.error.bound, made.error.measured);
+    EXPECT_GT(made.error.measured, 0.0);
 }
 
 TEST(BooleanRoad, UnboundedPartsAreCutOffAtTheSolid)
