@@ -490,7 +490,7 @@ Explanation explain_boolean(const MeshBooleanReport& report)
 void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& mesher,
                      MeshedSolid& result)
 {
-    constexpr double kShare = 0.25, kFinerShare = 0.1;  // of the tolerance, for smooth parts
+    constexpr double kShare = 0.15, kFinerShare = 0.07;  // of the tolerance, for smooth parts
     constexpr double kReserve = 1.5;                    // over what sampling finds
     result.method = "boolean";
     StageClock clock(result.seconds);

@@ -59,10 +59,10 @@ BooleanScene boolean_scene(const Solid& solid, const Box3& box, const SmoothMesh
 /// and explanation of `result`, whose `tolerance` is set.
 ///
 /// Of polyhedra alone, the bound is what snapping to the integer grid may move; it is certified
-/// where nothing had to move. Where operands stand for curved shapes they are made to a quarter of
-/// the tolerance, and if that proves nothing about the result (see certify_boolean) to a tenth. If
+/// where nothing had to move. Where operands stand for curved shapes they are made to .15 of the
+/// tolerance, and if that proves nothing about the result (see certify_boolean) to .07 of it. If
 /// that does not help either, surfaces touch or cross at a small angle: the bound is an estimate,
-/// the deviation of the operands, which the place where they do may exceed; the explanation tells
+/// the deviation of the operands, which the place where they do may exceed; `error.doubt` tells
 /// where. `measured` is the largest distance, of those sampled, from the result to the exact
 /// surfaces it comes from, at edges to both. Throws as mesh_boolean does, ToleranceNotMet if the
 /// bound exceeds the tolerance.
