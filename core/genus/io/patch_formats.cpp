@@ -246,8 +246,8 @@ std::vector<Patch> read_geomview(std::string_view text)
                 const char* place = at.p;
                 const double w = weights[k] = at.number(what.c_str());
                 if (!(w > 0.0))
-                    throw TextFault{
-                        place, "a weight of " + name + " is " + genus::to_text(w) + ", must be positive"};
+                    throw TextFault{place, "a weight of " + name + " is " + genus::to_text(w) +
+                                               ", must be positive"};
                 net[k] = net[k] / w;
                 if (!is_finite(net[k])) throw TextFault{place, "a point of " + name + " overflows"};
             }

@@ -491,7 +491,7 @@ void mesh_by_boolean(const Solid& solid, const Box3& box, const SmoothMesher& me
                      MeshedSolid& result)
 {
     constexpr double kShare = 0.15, kFinerShare = 0.07;  // of the tolerance, for smooth parts
-    constexpr double kReserve = 1.5;                    // over what sampling finds
+    constexpr double kReserve = 1.5;                     // over what sampling finds
     result.method = "boolean";
     StageClock clock(result.seconds);
     Attempt a = attempt(solid, box, mesher, kShare, result.tolerance, clock);
