@@ -59,6 +59,13 @@ struct Box {
     }
     constexpr bool contains(const Box& b) const { return contains(b.min) && contains(b.max); }
 
+    /// The corner that lies high in the axes whose bits of `k` are set, k < 2^N.
+    constexpr Vec<N> corner(std::size_t k) const
+    {
+        Vec<N> p;
+        for (std::size_t i = 0; i < N; ++i) p[i] = (k >> i & 1) != 0 ? max[i] : min[i];
+        return p;
+    }
     constexpr Vec<N> center() const { return 0.5 * min + 0.5 * max; }
     constexpr Vec<N> size() const { return max - min; }
     double diagonal() const { return empty() ? 0.0 : norm(size()); }

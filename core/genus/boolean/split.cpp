@@ -19,10 +19,7 @@ IndexedMesh cut_box(const Box3& box, int axis, double at, bool upward)
     Box3 part = box;
     (upward ? part.max : part.min)[axis] = at;
     IndexedMesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.vertices.push_back(
-            {{i & 1 ? part.max[0] : part.min[0], i & 2 ? part.max[1] : part.min[1],
-              i & 4 ? part.max[2] : part.min[2]}});
+    for (std::size_t k = 0; k < 8; ++k) mesh.vertices.push_back(part.corner(k));
     mesh.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
     return mesh;

@@ -93,11 +93,7 @@ std::array<IntervalVec3, 3> Lattice::derivative_bounds(const std::vector<Piece>&
 Box3 Lattice::local_box(const Box3& x) const
 {
     Box3 box;
-    for (int corner = 0; corner < 8; ++corner) {
-        Vec3 p;
-        for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1) != 0 ? x.max[k] : x.min[k];
-        box.add(local(p));
-    }
+    for (std::size_t k = 0; k < 8; ++k) box.add(local(x.corner(k)));
     return intersection(box.inflated(16.0 * kEpsilon), Box3{{}, {{1, 1, 1}}});
 }
 
@@ -105,11 +101,7 @@ Box3 Lattice::image_bounds(const Box3& x) const
 {
     Box3 image;
     bool whole = true;  // the box lies in the lattice
-    for (int corner = 0; corner < 8; ++corner) {
-        Vec3 p;
-        for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1) != 0 ? x.max[k] : x.min[k];
-        whole = whole && in_unit_cube(local(p));
-    }
+    for (std::size_t k = 0; k < 8; ++k) whole = whole && in_unit_cube(local(x.corner(k)));
     if (!whole) image.add(x);
     const Box3 inside = local_box(x);
     if (!inside.empty()) image.add(image_of_local(inside));

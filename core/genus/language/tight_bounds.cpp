@@ -16,9 +16,7 @@ Box3 images(const Transform& t, const std::vector<Vec3>& points)
 std::vector<Vec3> corners(const Box3& box)
 {
     std::vector<Vec3> out;
-    for (int i = 0; i < 8; ++i)
-        out.push_back(Vec3{{i & 1 ? box.max[0] : box.min[0], i & 2 ? box.max[1] : box.min[1],
-                            i & 4 ? box.max[2] : box.min[2]}});
+    for (std::size_t k = 0; k < 8; ++k) out.push_back(box.corner(k));
     return out;
 }
 

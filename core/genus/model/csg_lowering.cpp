@@ -63,7 +63,7 @@ public:
         const Quadric q = transformed(own, map_);
         double longest = 0.0;
         for (int corner = 0; box && corner < 8; ++corner)
-            longest = std::max(longest, norm(q.gradient(apply(map_, corner_of(*box, corner)))));
+            longest = std::max(longest, norm(q.gradient(apply(map_, box->corner(corner)))));
         if (!box) longest = typical_gradient(q);
         const auto kind = q.is_linear() ? Surface::Kind::Plane : Surface::Kind::Quadric;
         surfaces.push_back({kind, q.scaled(power_of_two_scale(longest)), std::nullopt, 1.0, leaf_});
@@ -96,7 +96,8 @@ public:
         const Expression moved = substituted(own.expression(), local);
         const Function unscaled(moved);
         Box3 placed;
-        for (int corner = 0; corner < 8; ++corner) placed.add(apply(map_, corner_of(box, corner)));
+        for (std::size_t corner = 0; corner < 8; ++corner)
+            placed.add(apply(map_, box.corner(corner)));
         const double scale = power_of_two_scale(middle_slope(unscaled, placed));
         surfaces.push_back({Surface::Kind::Function, Quadric({}), std::nullopt, 1.0, leaf_,
                             std::make_shared<const Function>(Expression(scale) * moved), placed});
@@ -136,12 +137,6 @@ private:
         std::sort(found.begin(), found.end(),
                   [](const auto& a, const auto& b) { return a.second < b.second; });
         return found[found.size() / 2].second;
-    }
-
-    static Vec3 corner_of(const Box3& box, int i)
-    {
-        return {{i & 1 ? box.max[0] : box.min[0], i & 2 ? box.max[1] : box.min[1],
-                 i & 4 ? box.max[2] : box.min[2]}};
     }
 
     const Transform& map_;

@@ -102,12 +102,7 @@ private:
     Box3 space_of(const Box3& stu) const
     {
         Box3 box;
-        for (int corner = 0; corner < 8; ++corner) {
-            Vec3 s;
-            for (std::size_t k = 0; k < 3; ++k)
-                s[k] = (corner >> k & 1) != 0 ? stu.max[k] : stu.min[k];
-            box.add(lattice_.global(s));
-        }
+        for (std::size_t k = 0; k < 8; ++k) box.add(lattice_.global(stu.corner(k)));
         return box.inflated(1e-12 * (norm(box.min) + norm(box.max)));
     }
 

@@ -117,12 +117,7 @@ private:
     Box3 before(const Box3& box) const
     {
         Box3 image;
-        for (int k = 0; k < 8; ++k) {
-            Vec3 corner;
-            for (std::size_t a = 0; a < 3; ++a)
-                corner[a] = (k >> a & 1) != 0 ? box.max[a] : box.min[a];
-            image.add(apply(back_, corner));
-        }
+        for (std::size_t k = 0; k < 8; ++k) image.add(apply(back_, box.corner(k)));
         return image.inflated(1e-14 * (norm(image.min) + norm(image.max)));
     }
 

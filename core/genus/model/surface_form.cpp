@@ -443,9 +443,7 @@ Interval SurfaceForm::range(const Box3& box) const
 {
     if (function_) {
         std::array<Vec3, 8> corners;
-        for (std::size_t c = 0; c < 8; ++c)
-            for (std::size_t i = 0; i < 3; ++i)
-                corners[c][i] = (c >> i & 1) != 0 ? box.max[i] : box.min[i];
+        for (std::size_t k = 0; k < 8; ++k) corners[k] = box.corner(k);
         return mean_range(corners);
     }
     if (kind_ != Surface::Kind::Torus) {
