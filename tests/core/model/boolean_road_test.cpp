@@ -112,7 +112,7 @@ TEST(BooleanRoad, UnboundedPartsAreCutOffAtTheSolid)
     const Solid part =
         intersect({angle_profile(), half_space({{0, 0, 1}}, 1.0), quadric(Quadric::cylinder(3.0))});
     MeshOptions options;
-    options.tolerance = 4e-3;
+    options.tolerance = 1e-3;
     const MeshedSolid made = mesh_solid(part, options);
     EXPECT_TRUE(validate(made.mesh).ok());
     const Box3 box = bounds(made.mesh);
