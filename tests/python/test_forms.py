@@ -374,7 +374,7 @@ def test_the_examples_of_the_page_run(root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (root / "docs" / "meshes.md").read_text()
     examples = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert len(examples) == 5
+    assert len(examples) == 6
     names = {}
     for example in examples:
         exec(compile(example, "meshes.md", "exec"), names)
