@@ -351,7 +351,7 @@ private:
 };
 
 // The limits to the quadric error that are tried: smaller until the bound is within the tolerance,
-// then once or twice larger while much of the tolerance is left.
+// then larger, three times at most, while much of the tolerance is left.
 class Limits {
 public:
     explicit Limits(double tolerance) : tolerance_(tolerance), next_(tolerance) {}
@@ -383,7 +383,7 @@ public:
 private:
     static constexpr double kAim = 0.9, kEnough = 0.8;
     static constexpr double kMostGrowth = 1.5, kMostShrinking = 0.05, kLeastShrinking = 0.75;
-    static constexpr int kAttempts = 8, kLarger = 2;
+    static constexpr int kAttempts = 8, kLarger = 3;
 
     double tolerance_, next_;
     double held_ = 0.0, failed_ = std::numeric_limits<double>::infinity();  // the last of each

@@ -34,9 +34,9 @@ struct SimplifiedMesh {
 /// quadric error, cheapest first (up to an eighth), until all others would err by more than a
 /// limit, at first the tolerance. Then the distance of the two surfaces is measured both ways and
 /// bounded as in distance.h. Where the bound exceeds the tolerance, all begins again with a smaller
-/// limit; where much of the tolerance is left, with a larger one, twice at most. The mesh of fewest
-/// faces that holds comes back, the given one if none does: the bound reported is at most the
-/// tolerance.
+/// limit; where much of the tolerance is left, with a larger one, three times at most. The mesh of
+/// fewest faces that holds comes back, the given one if none does: the bound reported is at most
+/// the tolerance.
 ///
 /// Topology is kept by the link condition: components, handles and boundary loops stay, a closed
 /// mesh stays closed. No face turns over by a right angle or loses its area in one step; faces may
