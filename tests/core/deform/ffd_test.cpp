@@ -365,26 +365,5 @@ TEST(Lattice, GivesTheSameBitsWithAnyVectorWidth)
     }
 }
 
-TEST(LatticeSpeed, MillionPoints)
-{
-    if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
-    std::mt19937_64 random(120);
-    std::vector<Vec3> x(1000000), y(x.size());
-    for (const int degree : {3, 7}) {
-        const Lattice l = random_lattice(random, {degree, degree, degree}, 0.3);
-        for (Vec3& p : x) p = random_inside(random, l);
-        const double s = reference::cpu_seconds(5, [&] { l.apply(x, y); });
-        std::printf("%d^3 control points: %.4f s\n", degree + 1, s);
-        EXPECT_LE(s, degree == 3 ? 0.04 : 0.15);
-        bulk::force_narrow_vectors(true);
-        const double slow = reference::cpu_seconds(3, [&] { l.apply(x, y); });
-        bulk::force_narrow_vectors(false);
-        std::printf("    with narrow vectors: %.4f s\n", slow);
-    }
-    const Lattice l = random_lattice(random, {3, 3, 3}, 0.3, true);
-    const double s = reference::cpu_seconds(3, [&] { l.apply(x, y); });
-    std::printf("cubic B-spline lattice: %.4f s\n", s);
-}
-
 }  // namespace
 }  // namespace genus

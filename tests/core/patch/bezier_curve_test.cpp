@@ -390,21 +390,5 @@ TEST(BezierCurve, RefusesBadArguments)
     EXPECT_THROW(join(c, c, 0.0), InvalidInput);
 }
 
-TEST(BezierCurveSpeed, MillionPoints)
-{
-    if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
-    std::mt19937_64 random(67);
-    std::uniform_real_distribution<double> parameter(0.0, 1.0);
-    std::vector<double> t(1000000);
-    for (double& x : t) x = parameter(random);
-    std::vector<Vec3> out(t.size());
-    for (const int n : {3, 20}) {
-        const BezierCurve c = random_curve(random, n);
-        const double s = reference::cpu_seconds(5, [&] { c.evaluate(t, out); });
-        std::printf("degree %d: %.4f s\n", n, s);
-        EXPECT_LE(s, 0.06);
-    }
-}
-
 }  // namespace
 }  // namespace genus

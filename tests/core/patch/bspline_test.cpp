@@ -365,22 +365,5 @@ TEST(BSpline, RefusesBadArguments)
     EXPECT_THROW(CubicSpline({Vec3{}}), InvalidInput);
 }
 
-TEST(BSplineSpeed, MillionPoints)
-{
-    if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
-    std::mt19937_64 random(82);
-    const BSpline c = random_spline(random, 3, 50, true, false);
-    std::uniform_real_distribution<double> parameter(c.knots().begin(), c.knots().end());
-    std::vector<double> t(1000000);
-    for (double& x : t) x = parameter(random);
-    std::vector<Vec3> out(t.size());
-    const double shuffled = reference::cpu_seconds(5, [&] { c.evaluate(t, out); });
-    std::sort(t.begin(), t.end());
-    const double sorted = reference::cpu_seconds(5, [&] { c.evaluate(t, out); });
-    std::printf("cubic B-spline, 50 points: %.4f s in random order, %.4f s sorted\n", shuffled,
-                sorted);
-    EXPECT_LE(shuffled, 0.02);
-}
-
 }  // namespace
 }  // namespace genus

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <random>
 #include <span>
 #include <vector>
@@ -51,19 +50,6 @@ inline bool long_run()
 {
     const char* value = std::getenv("GENUS_LONG");
     return value != nullptr && *value != 0;
-}
-
-/// Seconds of processor time of the fastest of `repeats` runs.
-template <class F>
-double cpu_seconds(int repeats, const F& f)
-{
-    double best = 1e300;
-    for (int i = 0; i < repeats; ++i) {
-        const std::clock_t begin = std::clock();
-        f();
-        best = std::min(best, double(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    return best;
 }
 
 }  // namespace genus::reference

@@ -425,30 +425,5 @@ TEST(Bulk, GivesTheSameBitsWithAnyVectorWidth)
         }
 }
 
-TEST(SurfaceSpeed, MillionPoints)
-{
-    if (!reference::long_run()) GTEST_SKIP() << "timing runs with GENUS_LONG only";
-    std::mt19937_64 random(99);
-    std::vector<double> u, v;
-    const std::size_t n = 1000000;
-    std::vector<Vec3> points(n), normals(n);
-    random_domain(random, n, false, u, v);
-    const TensorPatch bicubic = random_tensor(random, 3, 3);
-    const double tensor =
-        reference::cpu_seconds(5, [&] { bicubic.evaluate(u, v, points, normals); });
-    random_domain(random, n, true, u, v);
-    const BezierTriangle quartic = random_triangle(random, 4);
-    const double triangle = reference::cpu_seconds(5, [&] { quartic.evaluate(u, v, points); });
-    const double with = reference::cpu_seconds(5, [&] { quartic.evaluate(u, v, points, normals); });
-    std::printf("bicubic with normals %.4f s; quartic triangle %.4f s, with normals %.4f s\n",
-                tensor, triangle, with);
-    EXPECT_LE(tensor, 0.03);
-    EXPECT_LE(triangle, 0.05);
-    bulk::force_narrow_vectors(true);
-    const double slow = reference::cpu_seconds(5, [&] { bicubic.evaluate(u, v, points, normals); });
-    bulk::force_narrow_vectors(false);
-    std::printf("bicubic with normals, narrow vectors %.4f s\n", slow);
-}
-
 }  // namespace
 }  // namespace genus
