@@ -62,6 +62,15 @@ std::string to_text(const Vec3& p)
     return genus::to_text(p[0]) + " " + genus::to_text(p[1]) + " " + genus::to_text(p[2]);
 }
 
+std::vector<std::size_t> u_fastest(int degree_u, int degree_v)
+{
+    std::vector<std::size_t> order;
+    for (int j = 0; j <= degree_v; ++j)
+        for (int i = 0; i <= degree_u; ++i)
+            order.push_back(static_cast<std::size_t>(i * (degree_v + 1) + j));
+    return order;
+}
+
 void cannot_write(std::size_t number, const std::string& why)
 {
     throw InvalidInput("write_patches: " + name_of(number) + " " + why);
@@ -236,21 +245,19 @@ std::vector<Patch> read_geomview(std::string_view text)
         const std::string name = name_of(patches.size());
         std::vector<Vec3> net(grid_size(m, n));
         std::vector<double> weights(dimension == 4 ? net.size() : 0);
-        for (int j = 0; j <= n; ++j)  // u runs fastest there
-            for (int i = 0; i <= m; ++i) {
-                const auto k = static_cast<std::size_t>(i * (n + 1) + j);
-                const std::string what = "the points of " + name;
-                net[k] = point(at, what);
-                if (dimension == 3) continue;
-                at.skip_space();
-                const char* place = at.p;
-                const double w = weights[k] = at.number(what.c_str());
-                if (!(w > 0.0))
-                    throw TextFault{place, "a weight of " + name + " is " + genus::to_text(w) +
-                                               ", must be positive"};
-                net[k] = net[k] / w;
-                if (!is_finite(net[k])) throw TextFault{place, "a point of " + name + " overflows"};
-            }
+        const std::string what = "the points of " + name;
+        for (const std::size_t k : u_fastest(m, n)) {
+            net[k] = point(at, what);
+            if (dimension == 3) continue;
+            at.skip_space();
+            const char* place = at.p;
+            const double w = weights[k] = at.number(what.c_str());
+            if (!(w > 0.0))
+                throw TextFault{place, "a weight of " + name + " is " + genus::to_text(w) +
+                                           ", must be positive"};
+            net[k] = net[k] / w;
+            if (!is_finite(net[k])) throw TextFault{place, "a point of " + name + " overflows"};
+        }
         for (int k = 0; k < n_extra; ++k) at.number(("the colours of " + name).c_str());
         patches.emplace_back(TensorPatch(m, n, std::move(net), std::move(weights)));
     }
@@ -274,13 +281,11 @@ std::string geomview_text(const std::vector<Patch>& patches)
             cannot_write(k,
                          "has other degrees or weights than the first; in a file for Geomview "
                          "all are alike");
-        for (int j = 0; j <= n; ++j)
-            for (int i = 0; i <= m; ++i) {
-                const auto at = static_cast<std::size_t>(i * (n + 1) + j);
-                const double w = p->rational() ? p->weights()[at] : 1.0;
-                text += to_text(p->points()[at] * w);
-                text += p->rational() ? " " + genus::to_text(w) + "\n" : "\n";
-            }
+        for (const std::size_t at : u_fastest(m, n)) {
+            const double w = p->rational() ? p->weights()[at] : 1.0;
+            text += to_text(p->points()[at] * w);
+            text += p->rational() ? " " + genus::to_text(w) + "\n" : "\n";
+        }
     }
     return text.empty() ? "BBP\n" : text;
 }

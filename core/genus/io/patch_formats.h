@@ -28,6 +28,10 @@ std::string geomview_text(const std::vector<Patch>& patches);
 std::vector<Patch> read_obj_surfaces(std::string_view text);
 std::string obj_surfaces_text(const std::vector<Patch>& patches);
 
+/// Where the control points of a tensor patch stand in `points()`, in the order of formats where u
+/// runs fastest.
+std::vector<std::size_t> u_fastest(int degree_u, int degree_v);
+
 /// "x y z", numbers that read back the same.
 std::string to_text(const Vec3& p);
 

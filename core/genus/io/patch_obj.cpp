@@ -246,12 +246,12 @@ private:
                                       std::to_string(m) + " x " + std::to_string(n)};
         std::vector<Vec3> points(m * n);
         std::vector<double> weights(rational_ ? m * n : 0);
-        for (std::size_t j = 0; j < n; ++j)
-            for (std::size_t i = 0; i < m; ++i) {
-                const Vertex& x = vertices_[static_cast<std::size_t>(s.vertices[j * m + i])];
-                points[i * n + j] = x.p;
-                if (rational_) weights[i * n + j] = x.weight;
-            }
+        std::size_t next_vertex = 0;
+        for (const std::size_t k : u_fastest(u.n_points() - 1, v.n_points() - 1)) {
+            const Vertex& x = vertices_[static_cast<std::size_t>(s.vertices[next_vertex++])];
+            points[k] = x.p;
+            if (rational_) weights[k] = x.weight;
+        }
         const std::vector<TensorPatch> pieces =
             bezier_pieces(u, v, std::move(points), std::move(weights));
         std::size_t next = 0;
@@ -318,13 +318,11 @@ std::string obj_surfaces_text(const std::vector<Patch>& patches)
         const int m = p->degree_u(), n = p->degree_v();
         if (m < 1 || n < 1) cannot_write(k, "has degree 0, which an .obj file has not");
         std::string order;
-        for (int j = 0; j <= n; ++j)
-            for (int i = 0; i <= m; ++i) {
-                const auto at = static_cast<std::size_t>(i * (n + 1) + j);
-                text += "v " + to_text(p->points()[at]);
-                text += p->rational() ? " " + genus::to_text(p->weights()[at]) + "\n" : "\n";
-                order += " " + std::to_string(++n_vertices);
-            }
+        for (const std::size_t at : u_fastest(m, n)) {
+            text += "v " + to_text(p->points()[at]);
+            text += p->rational() ? " " + genus::to_text(p->weights()[at]) + "\n" : "\n";
+            order += " " + std::to_string(++n_vertices);
+        }
         text += std::string("cstype ") + (p->rational() ? "rat " : "") + "bezier\ndeg " +
                 std::to_string(m) + " " + std::to_string(n) + "\nsurf 0 1 0 1" + order +
                 "\nparm u 0 1\nparm v 0 1\nend\n";

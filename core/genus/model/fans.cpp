@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <span>
 #include <utility>
 
+#include "genus/mesh/disjoint_sets.h"
 #include "genus/mesh/sides.h"
 
 namespace genus {
@@ -93,20 +92,14 @@ std::optional<Fans> find_fans(const IndexedMesh& mesh, Wedge wedge)
         complex_edges.emplace_back(first, last);
     }
     // Corners of one fan are joined across sides.
-    std::vector<std::int32_t>& fan = fans.of_corner;
-    fan.resize(sides.n_sides());
-    std::iota(fan.begin(), fan.end(), 0);
-    const auto find = [&](std::int32_t c) {
-        while (fan[c] != c) c = fan[c] = fan[fan[c]];
-        return c;
-    };
-    for (std::size_t s = 0; s < twin.size(); ++s) {
+    const auto n_sides = static_cast<std::int32_t>(sides.n_sides());
+    DisjointSets joined(sides.n_sides());
+    for (std::int32_t s = 0; s < n_sides; ++s) {
         if (twin[s] < 0) return std::nullopt;
-        const std::int32_t here = find(static_cast<std::int32_t>(s));
-        const std::int32_t there = find(sides.next(twin[s]));
-        fan[std::max(here, there)] = std::min(here, there);
+        joined.unite(s, sides.next(twin[s]));
     }
-    for (std::size_t s = 0; s < fan.size(); ++s) fan[s] = find(static_cast<std::int32_t>(s));
+    std::vector<std::int32_t>& fan = fans.of_corner;
+    for (std::int32_t s = 0; s < n_sides; ++s) fan.push_back(joined.find(s));
     for (std::vector<std::int32_t>& edge : complex_edges) {
         std::vector<std::pair<std::int32_t, std::int32_t>> ends;
         for (const std::int32_t s : edge)
@@ -144,12 +137,24 @@ void halve_edges(SurfaceMesh& surface, const std::vector<std::vector<std::int32_
             const Triangle second{m, corner(s, 1), corner(s, 2)};
             mesh.faces[s / 3][(s % 3 + 1) % 3] = m;
             mesh.faces.push_back(second);
-            surface.surface_of_face.push_back(std::int32_t(surface.surface_of_face[s / 3]));
+            surface.surface_of_face.push_back(surface.surface_of_face[s / 3]);
         }
     }
 }
 
 }  // namespace
+
+std::vector<std::vector<std::int32_t>> vertices_by_place(std::span<const std::int32_t> touch)
+{
+    std::vector<std::vector<std::int32_t>> places;
+    for (std::size_t v = 0; v < touch.size(); ++v) {
+        if (touch[v] < 0) continue;
+        const auto place = static_cast<std::size_t>(touch[v]);
+        if (place >= places.size()) places.resize(place + 1);
+        places[place].push_back(static_cast<std::int32_t>(v));
+    }
+    return places;
+}
 
 bool separate_fans(SurfaceMesh& surface)
 {
@@ -176,10 +181,10 @@ bool separate_fans(SurfaceMesh& surface)
             owned[v] = 1;
         } else if (own < 0) {
             own = static_cast<std::int32_t>(mesh.n_vertices());
-            mesh.vertices.push_back(Vec3(mesh.vertices[v]));
-            surface.surfaces_of_vertex.push_back(std::array(surface.surfaces_of_vertex[v]));
-            surface.cell_size.push_back(double(surface.cell_size[v]));
-            touch.push_back(std::int32_t(touch[v]));
+            mesh.vertices.push_back(mesh.vertices[v]);
+            surface.surfaces_of_vertex.push_back(surface.surfaces_of_vertex[v]);
+            surface.cell_size.push_back(surface.cell_size[v]);
+            touch.push_back(touch[v]);
         }
         corner = own;
     }
@@ -193,14 +198,11 @@ std::optional<FansOfSpace> fans_of_space(const SurfaceMesh& surface)
     const std::vector<std::int32_t>& touch = surface.touch_of_vertex;
     // With one vertex a place, then one a fan.
     IndexedMesh joined = surface.mesh;
-    const std::int32_t places =
-        touch.empty() ? 0 : *std::max_element(touch.begin(), touch.end()) + 1;
-    std::vector<std::int32_t> first(static_cast<std::size_t>(places), -1);
-    for (std::size_t v = 0; v < touch.size(); ++v)
-        if (touch[v] >= 0 && first[touch[v]] < 0) first[touch[v]] = static_cast<std::int32_t>(v);
+    const std::vector<std::vector<std::int32_t>> places = vertices_by_place(touch);
+    const auto touches = [&](std::int32_t v) { return !places.empty() && touch[v] >= 0; };
     for (Triangle& t : joined.faces)
         for (std::int32_t& v : t)
-            if (places > 0 && touch[v] >= 0) v = first[touch[v]];
+            if (touches(v)) v = places[touch[v]].front();
     const std::optional<Fans> fans = find_fans(joined, Wedge::Space);
     if (!fans) return std::nullopt;
     std::vector<std::int32_t> number(fans->of_corner.size(), -1);
@@ -208,7 +210,7 @@ std::optional<FansOfSpace> fans_of_space(const SurfaceMesh& surface)
     result.faces = std::move(joined.faces);
     for (std::size_t s = 0; s < number.size(); ++s) {
         std::int32_t& corner = result.faces[s / 3][s % 3];
-        if (places == 0 || touch[corner] < 0) continue;
+        if (!touches(corner)) continue;
         std::int32_t& own = number[fans->of_corner[s]];
         if (own < 0) {
             own = n + static_cast<std::int32_t>(result.original.size());

@@ -2,11 +2,15 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
 
 namespace genus {
+
+/// The vertices at each place where a mesh touches itself, by `SurfaceMesh::touch_of_vertex`.
+std::vector<std::vector<std::int32_t>> vertices_by_place(std::span<const std::int32_t> touch);
 
 /// Makes a closed surface mesh manifold where the solid touches itself: at an edge of four or more
 /// faces, those that bound the same wedge of matter stay together, and a vertex with several fans

@@ -4,6 +4,7 @@
 
 #include "genus/base/error.h"
 #include "genus/mesh/sides.h"
+#include "genus/model/fans.h"
 
 namespace genus {
 
@@ -25,12 +26,7 @@ FlexibleMesh::FlexibleMesh(SurfaceMesh&& mesh)
         out_[from_[s]] = s;
         require(twin_[s] >= 0, "surface mesh is not closed");
     }
-    for (std::size_t v = 0; v < touch_.size(); ++v) {
-        if (touch_[v] < 0) continue;
-        const auto place = static_cast<std::size_t>(touch_[v]);
-        if (place >= places_.size()) places_.resize(place + 1);
-        places_[place].push_back(static_cast<std::int32_t>(v));
-    }
+    places_ = vertices_by_place(touch_);
 }
 
 SurfaceMesh FlexibleMesh::release()

@@ -34,10 +34,6 @@ std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margi
     return number;
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<Solid> apart_of_union(const std::vector<Solid>& all, double margin)
 {
     std::vector<Solid> parts;

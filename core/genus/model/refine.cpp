@@ -8,26 +8,9 @@
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
+#include "genus/model/fans.h"
 
 namespace genus {
-
-namespace {
-
-// The vertices at each place where the mesh touches itself.
-std::vector<std::vector<std::int32_t>> touching_vertices(const SurfaceMesh& mesh)
-{
-    std::vector<std::vector<std::int32_t>> places;
-    for (std::size_t v = 0; v < mesh.touch_of_vertex.size(); ++v) {
-        const std::int32_t place = mesh.touch_of_vertex[v];
-        if (place < 0) continue;
-        if (static_cast<std::size_t>(place) >= places.size())
-            places.resize(static_cast<std::size_t>(place) + 1);
-        places[place].push_back(static_cast<std::int32_t>(v));
-    }
-    return places;
-}
-
-}  // namespace
 
 std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
 {
@@ -41,7 +24,8 @@ std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
                 reach[t[j]] = std::max(reach[t[j]], length);
         }
     // What touches moves as one.
-    const std::vector<std::vector<std::int32_t>> touching = touching_vertices(surface);
+    const std::vector<std::vector<std::int32_t>> touching =
+        vertices_by_place(surface.touch_of_vertex);
     for (const auto& place : touching) {
         double most = 0.0;
         for (const std::int32_t v : place) most = std::max(most, reach[v]);
