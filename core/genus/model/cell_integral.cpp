@@ -137,7 +137,9 @@ public:
             column.max[2] = std::max(1.0, *z0 + rise);
             if (form.slope_range(2, column).contains(0.0)) return false;
             graphs_.push_back(*graph);
+            slack_reach_ = std::max(slack_reach_, std::fabs(*z0) + rise);
         }
+        for (const LocalForm& form : forms_) slack_.push_back(form.slack(slack_reach_));
         return true;
     }
 
@@ -153,23 +155,42 @@ public:
 private:
     static constexpr double kTiny = 64.0 * kUnit, kCoincident = 1e-12;
 
+    struct Zero {
+        double at;
+        double value;  // what F is there, computed
+    };
+
+    // By Newton's method, as long as that lessens the value.
+    static Zero zero_along(const AxisLine& line, double from)
+    {
+        Zero zero{from, line.value(from)};
+        for (int step = 0; step < 8; ++step) {
+            const double next = zero.at - zero.value / line.slope(zero.at);
+            const double value = line.value(next);
+            const bool better = std::fabs(value) < std::fabs(zero.value);
+            const bool settled = std::fabs(next - zero.at) <= 2.0 * kUnit * (1.0 + std::fabs(next));
+            if (better) zero = {next, value};
+            if (!better || settled) break;
+        }
+        return zero;
+    }
+
+    // How far graph i may be from a place along z at which F was found to be so much.
+    double height_error(int i, double value, double reach) const
+    {
+        const double slack = reach <= slack_reach_ ? slack_[i] : forms_[i].slack(reach);
+        return (std::fabs(value) + slack) / graphs_[i].least_slope + 4.0 * kUnit * reach;
+    }
+
     // The height of graph i at (x, y), or of the bottom or top of the cell.
     Place height(int i, double x, double y) const
     {
         if (i < 0) return {i == Curve::kBottom ? -1.0 : 1.0, 0.0};
         const Graph& graph = graphs_[i];
-        double z = graph.z0 + graph.a * x + graph.b * y, value = forms_[i].value({{x, y, z}});
-        for (int step = 0; step < 8; ++step) {
-            const double next = z - value / forms_[i].gradient({{x, y, z}})[2];
-            const double next_value = forms_[i].value({{x, y, next}});
-            const bool better = std::fabs(next_value) < std::fabs(value);
-            const bool settled = std::fabs(next - z) <= 2.0 * kUnit * (1.0 + std::fabs(z));
-            if (better) z = next, value = next_value;
-            if (!better || settled) break;
-        }
+        const auto [z, value] =
+            zero_along(forms_[i].along(2, {{x, y, 0.0}}), graph.z0 + graph.a * x + graph.b * y);
         const double reach = std::max({1.0, std::fabs(x), std::fabs(y), std::fabs(z)});
-        return {z, (std::fabs(value) + forms_[i].slack(reach)) / graph.least_slope +
-                       4.0 * kUnit * reach};
+        return {z, height_error(i, value, reach)};
     }
 
     Place difference(const Curve& c, double x, double y) const
@@ -181,7 +202,6 @@ private:
     // Of graph i along y, roughly.
     double rise_along_y(int i, double x, double y) const
     {
-        if (i < 0) return 0.0;
         const Vec3 g = forms_[i].gradient({{x, y, height(i, x, y).at}});
         return -g[1] / g[2];
     }
@@ -189,7 +209,22 @@ private:
     // c(x), where the curve is in the cell or near.
     Place on_curve(const Curve& c, double x) const
     {
-        double y = -(c.d0 + c.A * x) / c.B;
+        const double from = -(c.d0 + c.A * x) / c.B;
+        return c.j < 0 ? on_trace(c, x, from) : on_crossing(c, x, from);
+    }
+
+    // Where a graph meets the bottom or the top: a zero of F along y.
+    Place on_trace(const Curve& c, double x, double from) const
+    {
+        const double z = c.j == Curve::kBottom ? -1.0 : 1.0;
+        const auto [y, value] = zero_along(forms_[c.i].along(1, {{x, 0.0, z}}), from);
+        const double reach = std::max({1.0, std::fabs(x), std::fabs(y)});
+        return {y, height_error(c.i, value, reach) / c.least_y + 2.0 * kUnit};
+    }
+
+    Place on_crossing(const Curve& c, double x, double from) const
+    {
+        double y = from;
         Place d = difference(c, x, y);
         for (int step = 0; step < 8; ++step) {
             const double slope = rise_along_y(c.i, x, y) - rise_along_y(c.j, x, y);
@@ -519,6 +554,8 @@ private:
     const std::array<Vec3, 3>& columns_;
     double wanted_;
     std::vector<Graph> graphs_;
+    double slack_reach_ = 1.0;   // how far from the middle points of the graphs are
+    std::vector<double> slack_;  // of each form up to there
     std::vector<Curve> curves_;
     std::vector<double> breaks_;
     std::vector<Place> cuts_;

@@ -12,12 +12,14 @@ constexpr double kUnit = std::numeric_limits<double>::epsilon();
 // Sums of positive bounds are made a little larger, which covers their own rounding.
 constexpr double kUp = 1.0 + 1e-12;
 
-IntervalVec3 to_intervals(const Vec3& v)
+using EnclosedVec3 = std::array<Enclosure, 3>;
+
+EnclosedVec3 enclosed(const Vec3& v)
 {
-    return {Interval(v[0]), Interval(v[1]), Interval(v[2])};
+    return {v[0], v[1], v[2]};
 }
 
-Interval dot(const IntervalVec3& a, const IntervalVec3& b)
+Enclosure dot(const EnclosedVec3& a, const EnclosedVec3& b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -28,33 +30,33 @@ Interval radius_of(double r)
 }
 
 /// x^T m x + 2 v.x + c about `origin`, m symmetric, in the frame.
-IntervalQuadratic framed(const std::array<IntervalVec3, 3>& m, const IntervalVec3& v,
-                         const Interval& c, const IntervalVec3& origin, const Frame& frame)
+EnclosedQuadratic framed(const std::array<EnclosedVec3, 3>& m, const EnclosedVec3& v,
+                         const Enclosure& c, const EnclosedVec3& origin, const Frame& frame)
 {
-    IntervalVec3 d;
-    for (int i = 0; i < 3; ++i) d[i] = Interval(frame.o[i]) - origin[i];
-    IntervalVec3 md;
+    EnclosedVec3 d;
+    for (int i = 0; i < 3; ++i) d[i] = Enclosure(frame.o[i]) - origin[i];
+    EnclosedVec3 md;
     for (int i = 0; i < 3; ++i) md[i] = dot(m[i], d);
-    IntervalQuadratic q;
-    q.c = dot(md, d) + Interval(2.0) * dot(v, d) + c;
-    std::array<IntervalVec3, 3> m_axis;
+    EnclosedQuadratic q;
+    q.c = dot(md, d) + Enclosure(2.0) * dot(v, d) + c;
+    std::array<EnclosedVec3, 3> m_axis;
     for (int k = 0; k < 3; ++k) {
-        const IntervalVec3 axis = to_intervals(frame.axis[k]);
+        const EnclosedVec3 axis = enclosed(frame.axis[k]);
         for (int i = 0; i < 3; ++i) m_axis[k][i] = dot(m[i], axis);
-        q.g[k] = Interval(2.0) * (dot(md, axis) + dot(v, axis));
+        q.g[k] = Enclosure(2.0) * (dot(md, axis) + dot(v, axis));
         q.a[k] = dot(m_axis[k], axis);
     }
     for (int i = 0; i < 3; ++i)
         for (int j = i + 1; j < 3; ++j)
-            q.a[mixed(i, j)] = Interval(2.0) * dot(m_axis[i], to_intervals(frame.axis[j]));
+            q.a[mixed(i, j)] = Enclosure(2.0) * dot(m_axis[i], enclosed(frame.axis[j]));
     return q;
 }
 
-IntervalQuadratic framed(const Quadric& quadric, const Frame& frame)
+EnclosedQuadratic framed(const Quadric& quadric, const Frame& frame)
 {
     const std::array<double, 10>& q = quadric.local();
     return framed({{{q[0], q[1], q[2]}, {q[1], q[4], q[5]}, {q[2], q[5], q[7]}}},
-                  {q[3], q[6], q[8]}, q[9], to_intervals(quadric.origin()), frame);
+                  {q[3], q[6], q[8]}, q[9], enclosed(quadric.origin()), frame);
 }
 
 /// Sum of the absolute values of a quadratic's terms where |x| <= X and so on.
@@ -110,47 +112,65 @@ FramedSurface::FramedSurface(const Surface& surface, const Frame& frame)
     }
     // s = |x|^2 + R^2 - r^2 and t = 4 R^2 (x^2 + y^2) with x = to_local p, an affine function.
     const Torus& torus = *surface.torus;
-    const Interval R(torus.R()), r(torus.r());
-    std::array<IntervalVec3, 3> rows, all, flat;
-    IntervalVec3 shift;
+    const Enclosure R(torus.R()), r(torus.r());
+    std::array<EnclosedVec3, 3> rows, all, flat;
+    EnclosedVec3 shift;
     for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) rows[i][k] = Interval(torus.to_local().m[i][k]);
-        shift[i] = Interval(torus.to_local().m[i][3]);
+        for (int k = 0; k < 3; ++k) rows[i][k] = Enclosure(torus.to_local().m[i][k]);
+        shift[i] = Enclosure(torus.to_local().m[i][3]);
     }
-    IntervalVec3 all_v, flat_v;
-    const auto column = [&](int j) { return IntervalVec3{rows[0][j], rows[1][j], rows[2][j]}; };
+    EnclosedVec3 all_v, flat_v;
+    const auto column = [&](int j) { return EnclosedVec3{rows[0][j], rows[1][j], rows[2][j]}; };
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k) {
-            const IntervalVec3 a = column(j), b = column(k);
+            const EnclosedVec3 a = column(j), b = column(k);
             flat[j][k] = a[0] * b[0] + a[1] * b[1];
             all[j][k] = flat[j][k] + a[2] * b[2];
         }
         flat_v[j] = column(j)[0] * shift[0] + column(j)[1] * shift[1];
         all_v[j] = flat_v[j] + column(j)[2] * shift[2];
     }
-    const Interval flat_c = square(shift[0]) + square(shift[1]);
-    const IntervalVec3 zero{};
-    s = framed(all, all_v, flat_c + square(shift[2]) + square(R) - square(r), zero, frame);
+    const Enclosure flat_c = shift[0] * shift[0] + shift[1] * shift[1];
+    const EnclosedVec3 zero{};
+    s = framed(all, all_v, flat_c + shift[2] * shift[2] + R * R - r * r, zero, frame);
     t = framed(flat, flat_v, flat_c, zero, frame);
-    const Interval four = Interval(4.0) * square(R);
+    const Enclosure four = Enclosure(4.0) * R * R;
     t.c = four * t.c;
-    for (Interval& x : t.g) x = four * x;
-    for (Interval& x : t.a) x = four * x;
+    for (Enclosure& x : t.g) x = four * x;
+    for (Enclosure& x : t.a) x = four * x;
 }
 
 // ---- One quadratic in a cell
 
-double LocalForm::Part::value(const Vec3& e) const
+double LocalForm::Part::linear(const Vec3& e) const
 {
-    return c + e[0] * (g[0] + a[0] * e[0] + a[5] * e[1] + a[4] * e[2]) +
-           e[1] * (g[1] + a[1] * e[1] + a[3] * e[2]) + e[2] * (g[2] + a[2] * e[2]);
+    return g[0] * e[0] + g[1] * e[1] + g[2] * e[2];
 }
 
-Vec3 LocalForm::Part::gradient(const Vec3& e) const
+double LocalForm::Part::quadratic(const Vec3& e) const
 {
-    return {{g[0] + 2.0 * a[0] * e[0] + a[5] * e[1] + a[4] * e[2],
-             g[1] + a[5] * e[0] + 2.0 * a[1] * e[1] + a[3] * e[2],
-             g[2] + a[4] * e[0] + a[3] * e[1] + 2.0 * a[2] * e[2]}};
+    return e[0] * (a[0] * e[0] + a[5] * e[1] + a[4] * e[2]) + e[1] * (a[1] * e[1] + a[3] * e[2]) +
+           a[2] * e[2] * e[2];
+}
+
+Vec3 LocalForm::Part::slope_of_quadratic(const Vec3& e) const
+{
+    return {{2.0 * a[0] * e[0] + a[5] * e[1] + a[4] * e[2],
+             a[5] * e[0] + 2.0 * a[1] * e[1] + a[3] * e[2],
+             a[4] * e[0] + a[3] * e[1] + 2.0 * a[2] * e[2]}};
+}
+
+std::array<double, 2> LocalForm::Part::linear_along(int axis, const Vec3& e) const
+{
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    return {g[i] * e[i] + g[j] * e[j], g[axis]};
+}
+
+std::array<double, 3> LocalForm::Part::quadratic_along(int axis, const Vec3& e) const
+{
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    return {e[i] * (a[i] * e[i] + a[mixed(i, j)] * e[j]) + a[j] * e[j] * e[j],
+            a[mixed(axis, i)] * e[i] + a[mixed(axis, j)] * e[j], a[axis]};
 }
 
 Interval LocalForm::Part::range(const Box3& box) const
@@ -178,12 +198,16 @@ Interval LocalForm::Part::slope_range(int axis, const Box3& box) const
     return sum;
 }
 
-double LocalForm::Part::reach_of_value(double reach) const
+double LocalForm::Part::reach_of_linear(double reach) const
 {
-    double slopes = 3.0 * eg, bends = 6.0 * ea;
-    for (int k = 0; k < 3; ++k) slopes += std::fabs(g[k]);
+    return kUp * reach * (std::fabs(g[0]) + std::fabs(g[1]) + std::fabs(g[2]) + 3.0 * eg);
+}
+
+double LocalForm::Part::reach_of_quadratic(double reach) const
+{
+    double bends = 6.0 * ea;
     for (const double x : a) bends += std::fabs(x);
-    return kUp * (std::fabs(c) + ec + reach * (slopes + reach * bends));
+    return kUp * reach * reach * bends;
 }
 
 double LocalForm::Part::reach_of_slope(double reach) const
@@ -195,7 +219,8 @@ double LocalForm::Part::reach_of_slope(double reach) const
 
 double LocalForm::Part::slack(double reach) const
 {
-    return kUp * (ec + reach * (3.0 * eg + reach * 6.0 * ea)) + 8.0 * kUnit * reach_of_value(reach);
+    const double size = std::fabs(c) + ec + reach_of_linear(reach) + reach_of_quadratic(reach);
+    return kUp * (ec + reach * (3.0 * eg + reach * 6.0 * ea)) + 8.0 * kUnit * size;
 }
 
 double LocalForm::Part::gradient_slack(double reach) const
@@ -215,42 +240,69 @@ double LocalForm::Part::bend() const
     return kUp * (most + 4.0 * ea);
 }
 
-LocalForm::Part LocalForm::local(const IntervalQuadratic& q, const Vec3& center, double half)
+EnclosedQuadratic LocalForm::local(const EnclosedQuadratic& q, const Vec3& center, double half)
 {
-    const IntervalVec3 at = to_intervals(center);
-    const Interval h(half), hh = square(h);
-    IntervalQuadratic r;
+    const EnclosedVec3 at = enclosed(center);
+    const Enclosure h(half), hh = h * h;
+    EnclosedQuadratic r;
     r.c = q.c;
     for (int k = 0; k < 3; ++k) {
-        Interval slope = q.g[k] + Interval(2.0) * q.a[k] * at[k];
-        Interval half_slope = q.g[k] + q.a[k] * at[k];
+        // The slope at the middle, and half of what of it the quadratic terms make.
+        Enclosure slope = q.g[k] + Enclosure(2.0) * q.a[k] * at[k];
+        Enclosure half_slope = q.g[k] + q.a[k] * at[k];
         for (int j = 0; j < 3; ++j) {
             if (j == k) continue;
-            slope = slope + q.a[mixed(j, k)] * at[j];
-            if (j < k) half_slope = half_slope + q.a[mixed(j, k)] * at[j];
+            const Enclosure product = q.a[mixed(j, k)] * at[j];
+            slope = slope + product;
+            if (j < k) half_slope = half_slope + product;
         }
         r.c = r.c + half_slope * at[k];
         r.g[k] = h * slope;
     }
     for (std::size_t k = 0; k < 6; ++k) r.a[k] = hh * q.a[k];
+    return r;
+}
+
+LocalForm::Part LocalForm::rounded(const EnclosedQuadratic& q)
+{
     Part part;
-    const auto middle = [](const Interval& x, double& error) {
-        const double m = x.mid();
-        error = std::max({error, rounding::up(x.hi - m), rounding::up(m - x.lo)});
+    const auto middle = [](const Enclosure& x, double& error) {
+        double own = 0.0;
+        const double m = x.rounded(own);
+        if (!(own <= error)) error = own;  // one that is not a number stays
         return m;
     };
-    part.c = middle(r.c, part.ec);
-    for (int k = 0; k < 3; ++k) part.g[k] = middle(r.g[k], part.eg);
-    for (std::size_t k = 0; k < 6; ++k) part.a[k] = middle(r.a[k], part.ea);
+    part.c = middle(q.c, part.ec);
+    for (int k = 0; k < 3; ++k) part.g[k] = middle(q.g[k], part.eg);
+    for (std::size_t k = 0; k < 6; ++k) part.a[k] = middle(q.a[k], part.ea);
     return part;
 }
 
 // ---- The surface in a cell
 
 LocalForm::LocalForm(const FramedSurface& surface, const Vec3& center, double half)
-    : quartic_(surface.quartic), s_(local(surface.s, center, half))
+    : quartic_(surface.quartic)
 {
-    if (quartic_) t_ = local(surface.t, center, half);
+    EnclosedQuadratic s = local(surface.s, center, half);
+    if (!quartic_) {
+        part_ = rounded(s);
+        return;
+    }
+    // (s0 + sigma.e + u)^2 - t, by the order of its terms.
+    const EnclosedQuadratic t = local(surface.t, center, half);
+    const Enclosure two_s = Enclosure(2.0) * s.c;
+    EnclosedQuadratic q;
+    q.c = s.c * s.c - t.c;
+    for (int k = 0; k < 3; ++k) q.g[k] = two_s * s.g[k] - t.g[k];
+    for (std::size_t k = 0; k < 6; ++k) q.a[k] = two_s * s.a[k] - t.a[k];
+    for (int k = 0; k < 3; ++k) {
+        q.a[k] = q.a[k] + s.g[k] * s.g[k];
+        for (int j = 0; j < k; ++j)
+            q.a[mixed(j, k)] = q.a[mixed(j, k)] + Enclosure(2.0) * s.g[j] * s.g[k];
+    }
+    part_ = rounded(q);
+    s.c = Enclosure();
+    rest_ = rounded(s);
 }
 
 LocalForm LocalForm::permuted(const std::array<int, 3>& order) const
@@ -266,47 +318,56 @@ LocalForm LocalForm::permuted(const std::array<int, 3>& order) const
     };
     LocalForm result;
     result.quartic_ = quartic_;
-    result.s_ = turned(s_);
-    result.t_ = turned(t_);
+    result.part_ = turned(part_);
+    result.rest_ = turned(rest_);
     return result;
 }
 
 bool LocalForm::is_linear() const
 {
-    return !quartic_ && s_.bend() == 0.0;
+    return !quartic_ && part_.bend() == 0.0;
 }
 
 double LocalForm::value(const Vec3& e) const
 {
-    const double s = s_.value(e);
-    return quartic_ ? s * s - t_.value(e) : s;
+    const double low = part_.c + part_.linear(e) + part_.quadratic(e);
+    if (!quartic_) return low;
+    const double u = rest_.quadratic(e);
+    return low + u * (2.0 * rest_.linear(e) + u);
 }
 
 Vec3 LocalForm::gradient(const Vec3& e) const
 {
-    return quartic_ ? 2.0 * s_.value(e) * s_.gradient(e) - t_.gradient(e) : s_.gradient(e);
+    const Vec3 low = part_.g + part_.slope_of_quadratic(e);
+    if (!quartic_) return low;
+    const double u = rest_.quadratic(e);
+    return low + 2.0 * (u * rest_.g + (rest_.linear(e) + u) * rest_.slope_of_quadratic(e));
+}
+
+AxisLine LocalForm::along(int axis, const Vec3& e) const
+{
+    AxisLine line;
+    line.low = part_.quadratic_along(axis, e);
+    const std::array<double, 2> linear = part_.linear_along(axis, e);
+    line.low[0] += part_.c + linear[0];
+    line.low[1] += linear[1];
+    if (!quartic_) return line;
+    line.u = rest_.quadratic_along(axis, e);
+    line.l = rest_.linear_along(axis, e);
+    return line;
 }
 
 Interval LocalForm::range() const
 {
-    const Box3 cell{Box3::filled(-1.0), Box3::filled(1.0)};
-    if (!quartic_) return s_.range(cell);
-    // About the middle, where s^2 - t is one quadratic and a small rest.
-    const Expansion x = about({});
-    double m1 = 0.0, m2 = magnitude(x.u, 1.0, 1.0, 1.0);
-    Interval sum = Interval(x.value) + radius_of(slack(1.0));
-    for (int k = 0; k < 3; ++k) {
-        m1 += std::fabs(x.sigma[k]);
-        sum = sum + Interval(x.gradient[k]) * Interval(-1.0, 1.0) +
-              Interval(x.a[k]) * Interval(0.0, 1.0) + Interval(x.a[3 + k]) * Interval(-1.0, 1.0);
-    }
-    return sum + radius_of(kUp * (2.0 * m1 * m2 + m2 * m2));
+    const Interval low = part_.range({Box3::filled(-1.0), Box3::filled(1.0)});
+    if (!quartic_) return low;
+    const double l = rest_.reach_of_linear(1.0), u = rest_.reach_of_quadratic(1.0);
+    return low + radius_of(kUp * (2.0 * l + u) * u);
 }
 
 Interval LocalForm::slope_range(int axis, const Box3& box) const
 {
-    if (!quartic_) return s_.slope_range(axis, box);
-    // About the middle: s s' and t' are large and nearly equal.
+    if (!quartic_) return part_.slope_range(axis, box);
     const Expansion x = about(box.center());
     const Vec3 half = 0.5 * box.size();
     double reach = 0.0;
@@ -318,39 +379,46 @@ Interval LocalForm::slope_range(int axis, const Box3& box) const
 
 double LocalForm::slack(double reach) const
 {
-    if (!quartic_) return s_.slack(reach);
-    const double S = s_.reach_of_value(reach), ds = s_.slack(reach);
-    return kUp *
-           (2.0 * S * ds + t_.slack(reach) + 4.0 * kUnit * (S * S + t_.reach_of_value(reach)));
+    const double low = part_.slack(reach);
+    if (!quartic_) return low;
+    const double l = rest_.reach_of_linear(reach), u = rest_.reach_of_quadratic(reach);
+    const double dl = 3.0 * rest_.eg * reach, du = 6.0 * rest_.ea * reach * reach;
+    return kUp * (low + 2.0 * (u * dl + (l + u) * du) + 16.0 * kUnit * (2.0 * l + u) * u);
 }
 
 double LocalForm::gradient_slack(double reach) const
 {
-    if (!quartic_) return s_.gradient_slack(reach);
-    const double S = s_.reach_of_value(reach), G = s_.reach_of_slope(reach);
-    return kUp *
-           (2.0 * (S * s_.gradient_slack(reach) + G * s_.slack(reach)) + t_.gradient_slack(reach) +
-            4.0 * kUnit * (2.0 * S * G + t_.reach_of_slope(reach)));
+    const double low = part_.gradient_slack(reach);
+    if (!quartic_) return low;
+    const double l = rest_.reach_of_linear(reach), u = rest_.reach_of_quadratic(reach);
+    const double dl = 3.0 * rest_.eg * reach, du = 6.0 * rest_.ea * reach * reach;
+    const double s = rest_.reach_of_slope(0.0), slope = reach * rest_.bend();
+    const double moved =
+        rest_.eg * u + s * du + (dl + du) * slope + (l + u) * 4.0 * reach * rest_.ea;
+    return kUp * (low + 2.0 * moved + 32.0 * kUnit * (s * u + (l + u) * slope));
 }
 
 double LocalForm::bend(double reach) const
 {
-    if (!quartic_) return s_.bend();
-    const double G = s_.reach_of_slope(reach);
-    return kUp * (6.0 * G * G + 2.0 * s_.reach_of_value(reach) * s_.bend() + t_.bend());
+    if (!quartic_) return part_.bend();
+    const double l = rest_.reach_of_linear(reach), u = rest_.reach_of_quadratic(reach);
+    const double s = rest_.reach_of_slope(0.0), slope = reach * rest_.bend();
+    return kUp * (part_.bend() + 2.0 * ((2.0 * s + slope) * 3.0 * slope + (l + u) * rest_.bend()));
 }
 
 LocalForm::Expansion LocalForm::about(const Vec3& p) const
 {
-    Expansion x{value(p), gradient(p), s_.a, {}, {}};
+    Expansion x{value(p), gradient(p), part_.a, {}, {}};
     if (!quartic_) return x;
-    const double s = s_.value(p);
-    x.sigma = s_.gradient(p);
-    x.u = s_.a;
-    for (std::size_t k = 0; k < 6; ++k) x.a[k] = 2.0 * s * s_.a[k] - t_.a[k];
+    // u(p + d) is u + n.d + u(d) and sigma.(p + d) is l + sigma.d.
+    const double l = rest_.linear(p), u = rest_.quadratic(p);
+    const Vec3 n = rest_.slope_of_quadratic(p), m = 2.0 * rest_.g + n;
+    x.sigma = rest_.g + n;
+    x.u = rest_.a;
+    for (std::size_t k = 0; k < 6; ++k) x.a[k] += 2.0 * (l + u) * rest_.a[k];
     for (int k = 0; k < 3; ++k) {
-        x.a[k] += x.sigma[k] * x.sigma[k];
-        for (int j = 0; j < k; ++j) x.a[mixed(j, k)] += 2.0 * x.sigma[j] * x.sigma[k];
+        x.a[k] += n[k] * m[k];
+        for (int j = 0; j < k; ++j) x.a[mixed(j, k)] += n[j] * m[k] + n[k] * m[j];
     }
     return x;
 }

@@ -6,6 +6,7 @@
 
 #include "genus/base/interval.h"
 #include "genus/model/csg_field.h"
+#include "genus/model/enclosure.h"
 
 namespace genus {
 
@@ -17,10 +18,10 @@ struct Frame {
 };
 
 /// c + g.q + a0 xx + a1 yy + a2 zz + a3 yz + a4 xz + a5 xy with all coefficients enclosed.
-struct IntervalQuadratic {
-    Interval c;
-    std::array<Interval, 3> g;
-    std::array<Interval, 6> a;
+struct EnclosedQuadratic {
+    Enclosure c;
+    std::array<Enclosure, 3> g;
+    std::array<Enclosure, 6> a;
 };
 
 /// Place of the product of two different coordinates among the six of a quadratic.
@@ -35,11 +36,31 @@ struct FramedSurface {
     FramedSurface(const Surface& surface, const Frame& frame);
 
     bool quartic;
-    IntervalQuadratic s, t;
+    EnclosedQuadratic s, t;
+};
+
+/// F along a line parallel to an axis: the polynomial low + u (2 l + u) in the coordinate t.
+struct AxisLine {
+    std::array<double, 3> low{}, u{};  // coefficients, the constant first
+    std::array<double, 2> l{};
+
+    double value(double t) const
+    {
+        const double U = u[0] + t * (u[1] + t * u[2]), L = l[0] + t * l[1];
+        return low[0] + t * (low[1] + t * low[2]) + U * (2.0 * L + U);
+    }
+    double slope(double t) const
+    {
+        const double U = u[0] + t * (u[1] + t * u[2]), dU = u[1] + 2.0 * t * u[2];
+        const double L = l[0] + t * l[1];
+        return low[1] + 2.0 * (t * low[2] + U * l[1] + (L + U) * dU);
+    }
 };
 
 /// A FramedSurface in the coordinates e of a cell, q = center + half e with |e_k| <= 1: doubles,
-/// and how far they may be from the truth.
+/// and how far they may be from the truth. A torus is a quadratic and what is beyond it,
+/// 2 (sigma.e) u + u^2, about the middle of the cell, for s^2 and t are large and nearly equal on
+/// it.
 class LocalForm {
 public:
     LocalForm(const FramedSurface& surface, const Vec3& center, double half);
@@ -50,6 +71,9 @@ public:
     bool is_linear() const;
     double value(const Vec3& e) const;
     Vec3 gradient(const Vec3& e) const;
+    /// F along the line through e parallel to an axis; its value is as near to the truth as
+    /// value() is.
+    AxisLine along(int axis, const Vec3& e) const;
     /// Holds F over the cell, and a component of its gradient over a box.
     Interval range() const;
     Interval slope_range(int axis, const Box3& box) const;
@@ -79,21 +103,29 @@ private:
         std::array<double, 6> a{};
         double ec = 0.0, eg = 0.0, ea = 0.0;  // each coefficient is that near
 
-        double value(const Vec3& e) const;
-        Vec3 gradient(const Vec3& e) const;
+        double linear(const Vec3& e) const;
+        double quadratic(const Vec3& e) const;
+        Vec3 slope_of_quadratic(const Vec3& e) const;
+        // Constant and slope along an axis, of the terms up to the first and of the second order.
+        std::array<double, 2> linear_along(int axis, const Vec3& e) const;
+        std::array<double, 3> quadratic_along(int axis, const Vec3& e) const;
         Interval range(const Box3& box) const;
         Interval slope_range(int axis, const Box3& box) const;
-        double reach_of_value(double reach) const;
+        // The most of the linear and of the quadratic terms, and of a component of the gradient.
+        double reach_of_linear(double reach) const;
+        double reach_of_quadratic(double reach) const;
         double reach_of_slope(double reach) const;
         double slack(double reach) const;
         double gradient_slack(double reach) const;
         double bend() const;
     };
     LocalForm() = default;
-    static Part local(const IntervalQuadratic& q, const Vec3& center, double half);
+    static EnclosedQuadratic local(const EnclosedQuadratic& q, const Vec3& center, double half);
+    static Part rounded(const EnclosedQuadratic& q);
 
     bool quartic_ = false;
-    Part s_, t_;
+    Part part_;  // up to the second order
+    Part rest_;  // sigma and u
 };
 
 /// A surface as the graph z = z0 + a x + b y + (at most r) over the polydisc |x| <= R, |y| <= R of

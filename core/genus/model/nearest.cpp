@@ -19,6 +19,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kUnit = std::numeric_limits<double>::epsilon();
 constexpr double kClose = 1e-10;  // of the diagonal: what is nearer by less is not searched for
+constexpr double kOn = 1e-12;     // how near to a surface is on it, in the frame
 constexpr int kMostBoxes = 20'000;
 // Surfaces of a box among which edges and corners are tried, and all of whose signs are.
 constexpr std::size_t kMostSubsets = 6, kMostCases = 8;
@@ -185,6 +186,44 @@ std::optional<Vec3> stationary_point(std::span<const LocalForm* const> forms, co
     return std::nullopt;
 }
 
+/// A common zero of up to three forms near `start`: Newton's method with the shortest steps.
+/// Nothing if it does not settle.
+std::optional<Vec3> common_zero(std::span<const LocalForm* const> forms, const Vec3& start)
+{
+    const std::size_t n = forms.size();
+    Vec3 q = start;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        std::array<Vec3, 3> g;
+        std::array<std::array<double, 7>, 6> m{};
+        for (std::size_t i = 0; i < n; ++i) {
+            const Vec3 gradient = forms[i]->gradient(q);
+            const double length = norm(gradient);
+            if (!(length > 0.0)) return std::nullopt;
+            g[i] = gradient / length;
+            m[i][n] = -forms[i]->value(q) / length;
+        }
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = 0; j < n; ++j) m[i][j] = dot(g[i], g[j]);
+        std::array<double, 6> solution{};
+        if (!solve(m, n, solution)) return std::nullopt;
+        Vec3 dq;
+        for (std::size_t i = 0; i < n; ++i) dq += solution[i] * g[i];
+        if (!(norm(dq) <= 1e3)) return std::nullopt;
+        q += dq;
+        if (norm(dq) <= 16.0 * kUnit * (1.0 + norm(q))) return q;
+    }
+    return std::nullopt;
+}
+
+/// Whether q is a zero of all of them. Of equations that depend on each other a solver may give
+/// anything.
+bool is_on(std::span<const LocalForm* const> forms, const Vec3& q)
+{
+    return std::all_of(forms.begin(), forms.end(), [&](const LocalForm* form) {
+        return std::fabs(form->value(q)) <= kOn * norm(form->gradient(q)) + form->slack(4.0);
+    });
+}
+
 struct Box {
     double least;  // distance from the point asked for
     Vec3 center;
@@ -335,8 +374,11 @@ private:
         std::size_t n = 0;
         for (const std::int32_t s : surfaces)
             if (s >= 0) forms[n++] = &forms_[s];
-        const auto q = stationary_point(std::span(forms).first(n), task.p, box.center);
-        if (!q || !(norm(*q) <= 4.0)) return;
+        const std::span<const LocalForm* const> chosen = std::span(forms).first(n);
+        auto q = stationary_point(chosen, task.p, box.center);
+        // Of points at one distance none is stationary alone; any of them will do.
+        if (!q) q = common_zero(chosen, box.center);
+        if (!q || !(norm(*q) <= 4.0) || !is_on(chosen, *q)) return;
         const double away = distance(*q, task.p);
         // On equal terms a point of more surfaces is the better description.
         if (!(away < task.best - 1e-15)) return;

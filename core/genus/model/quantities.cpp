@@ -32,6 +32,7 @@ constexpr double kOpenShare = 1e-2;
 constexpr std::size_t kMaxPlaces = 64;
 constexpr double kFirst = 1e-3;  // of the frame, for the first run
 constexpr int kMaxRounds = 5;
+constexpr double kFlat = 1.5;            // sides of a box
 constexpr std::size_t kManyPlanes = 64;  // a polyhedron of more is measured on its mesh
 
 /// Sums without the error of adding many.
@@ -44,11 +45,10 @@ private:
     DoubleDouble sum_;
 };
 
-/// A frame round the box that no usual direction of a model is parallel to.
-Frame frame_around(const Box3& box)
+/// A frame round the box of this half size that no usual direction of a model is parallel to.
+Frame frame_around(const Box3& box, const Vec3& half)
 {
     const Transform turn = rotation(Vec3{{23.7, -31.3, 17.9}});
-    const Vec3 half = 0.5 * box.size();
     double reach = 0.0;
     for (int k = 0; k < 3; ++k) {
         double row = 0.0;
@@ -57,7 +57,8 @@ Frame frame_around(const Box3& box)
     }
     Frame frame;
     // Off the middle by a little, so that centres and planes of symmetry are on no cell wall.
-    for (int i = 0; i < 3; ++i) frame.o[i] = box.center()[i] + half[i] * (0.0131 - 0.0047 * i);
+    const Vec3 middle = box.center();
+    for (int i = 0; i < 3; ++i) frame.o[i] = middle[i] + half[i] * (0.0131 - 0.0047 * i);
     for (int k = 0; k < 3; ++k)
         for (int i = 0; i < 3; ++i) frame.axis[k][i] = 1.03 * reach * half[i] * turn.m[i][k];
     return frame;
@@ -77,9 +78,9 @@ struct Outcome {
 /// One run over ever smaller cells, to a given error.
 class Integration {
 public:
-    Integration(const CsgField& field, const Box3& box, Quantity quantity, double wanted,
+    Integration(const CsgField& field, const Frame& frame, Quantity quantity, double wanted,
                 std::int64_t max_cells)
-        : quantity_(quantity), wanted_(wanted), max_cells_(max_cells), frame_(frame_around(box))
+        : quantity_(quantity), wanted_(wanted), max_cells_(max_cells), frame_(frame)
     {
         for (const Surface& surface : field.surfaces()) surfaces_.emplace_back(surface, frame_);
         for (int k = 0; k < 3; ++k)
@@ -95,37 +96,41 @@ public:
         return quantity_ == Quantity::Volume ? 8.0 * stretch_ : 8.0 * columns_size_;
     }
 
-    BoundedValue run()
+    const Frame& frame() const { return frame_; }
+    const BoundedValue& result() const { return result_; }
+    bool is_done() const { return done_; }
+    /// True if it would take too many cells to be done.
+    bool is_exhausted() const { return exhausted_; }
+    /// Cells looked at, with those of the next step.
+    std::int64_t n_cells() const { return n_cells_; }
+
+    /// Looks at the cells of the next level.
+    void step()
     {
-        for (int level = 0;; ++level) {
-            current_progress().report(quantity_ == Quantity::Volume ? "volume" : "area", 0.0);
-            n_cells_ += static_cast<std::int64_t>(cells_.size());
-            std::vector<Outcome> outcomes(cells_.size());
-            parallel_for(cells_.size(), 16, [&](std::size_t begin, std::size_t end) {
-                std::vector<Sign> signs(surfaces_.size(), 0);
-                for (std::size_t i = begin; i < end; ++i)
-                    outcomes[i] = look_at(cells_[i], level, signs);
-            });
-            double open = 0.0;
-            std::vector<Cell> next;
-            for (std::size_t i = 0; i < cells_.size(); ++i) {
-                settled_.add(outcomes[i].value);
-                error_.add(outcomes[i].error);
-                if (outcomes[i].open == 0.0) continue;
-                open += outcomes[i].open;
-                next.push_back({cells_[i].at, std::move(outcomes[i].formula)});
-            }
-            result_ = {settled_.value() + 0.5 * open, error_.value() + 0.5 * open, true};
-            // What rounds in the frame's own size and in the sums.
-            result_.bound += 1e-14 * result_.value;
-            const auto n = static_cast<std::int64_t>(next.size());
-            cells_ = std::move(next);
-            level_ = level;
-            if (cells_.empty() || result_.bound <= wanted_ || level == kMaxLevel ||
-                0.5 * open <= kOpenShare * wanted_ || n_cells_ + 8 * n > max_cells_)
-                return result_;
-            split();
+        current_progress().report(quantity_ == Quantity::Volume ? "volume" : "area", 0.0);
+        std::vector<Outcome> outcomes(cells_.size());
+        parallel_for(cells_.size(), 16, [&](std::size_t begin, std::size_t end) {
+            std::vector<Sign> signs(surfaces_.size(), 0);
+            for (std::size_t i = begin; i < end; ++i) outcomes[i] = look_at(cells_[i], signs);
+        });
+        double open = 0.0;
+        std::vector<Cell> next;
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            settled_.add(outcomes[i].value);
+            error_.add(outcomes[i].error);
+            if (outcomes[i].open == 0.0) continue;
+            open += outcomes[i].open;
+            next.push_back({cells_[i].at, std::move(outcomes[i].formula)});
         }
+        result_ = {settled_.value() + 0.5 * open, error_.value() + 0.5 * open, true};
+        // What rounds in the frame's own size and in the sums.
+        result_.bound += 1e-14 * result_.value;
+        cells_ = std::move(next);
+        const auto n = static_cast<std::int64_t>(cells_.size());
+        done_ = cells_.empty() || result_.bound <= wanted_ || level_ == kMaxLevel ||
+                0.5 * open <= kOpenShare * wanted_;
+        exhausted_ = !done_ && n_cells_ + 8 * n > max_cells_;
+        if (!done_ && !exhausted_) split();
     }
 
     /// True if what is missing comes from settled cells, so that less may be wanted of them.
@@ -140,7 +145,7 @@ public:
         const double half = std::ldexp(1.0, -level_);
         for (const Cell& cell : cells_) {
             if (places.size() == kMaxPlaces) break;
-            const Vec3 center = center_of(cell, level_);
+            const Vec3 center = center_of(cell);
             Box3 box;
             for (int corner = 0; corner < 8; ++corner) {
                 Vec3 p = frame_.o;
@@ -154,9 +159,9 @@ public:
     }
 
 private:
-    static Vec3 center_of(const Cell& cell, int level)
+    Vec3 center_of(const Cell& cell) const
     {
-        const double half = std::ldexp(1.0, -level);
+        const double half = std::ldexp(1.0, -level_);
         Vec3 center;
         for (int k = 0; k < 3; ++k)
             center[k] = half * static_cast<double>(2 * cell.at[k] + 1) - 1.0;
@@ -173,12 +178,14 @@ private:
                                   2 * cell.at[2] + (child >> 2 & 1)},
                                  cell.formula});
         cells_ = std::move(finer);
+        n_cells_ += static_cast<std::int64_t>(cells_.size());
+        ++level_;
     }
 
-    Outcome look_at(const Cell& cell, int level, std::vector<Sign>& signs) const
+    Outcome look_at(const Cell& cell, std::vector<Sign>& signs) const
     {
-        const double half = std::ldexp(1.0, -level);
-        const Vec3 center = center_of(cell, level);
+        const double half = std::ldexp(1.0, -level_);
+        const Vec3 center = center_of(cell);
         std::vector<std::pair<std::int32_t, LocalForm>> forms;
         for (const std::int32_t s : cell.formula->surfaces()) {
             forms.emplace_back(s, LocalForm(surfaces_[s], center, half));
@@ -206,10 +213,10 @@ private:
             const bool by_volume = quantity_ == Quantity::Volume;
             const double unit = by_volume ? volume / 8.0 : half * half;
             const double wanted = std::ldexp(by_volume ? wanted_ / scale() : wanted_ / 256.0,
-                                             std::max(0, level - kFewCells));
+                                             std::max(0, level_ - kFewCells));
             const auto part = integrate_cell(solid, quantity_, columns_, wanted);
             // A large cell with a large error, as from curves that meet at a small angle, is cut.
-            const double most = level < kSmallCells ? kTooMuch * wanted + kFloor : kInfinity;
+            const double most = level_ < kSmallCells ? kTooMuch * wanted + kFloor : kInfinity;
             if (part && part->error <= most) {
                 outcome.value = unit * part->value;
                 outcome.error = unit * part->error;
@@ -249,7 +256,8 @@ private:
     double stretch_ = 0.0, columns_size_ = 0.0;
     std::vector<Cell> cells_;
     int level_ = 0;
-    std::int64_t n_cells_ = 0;
+    std::int64_t n_cells_ = 1;
+    bool done_ = false, exhausted_ = false;
     Sum settled_, error_;
     BoundedValue result_;
 };
@@ -277,22 +285,53 @@ double allowed(const QuantityOptions& options, double value, double scale)
                           asked, reached.bound, std::move(places));
 }
 
+/// Two frames to try: of the shape of the box, in which a needle is a ball, and if that is far from
+/// a cube one, in which a thin ring stays round.
+std::vector<Frame> frames_to_try(const Box3& box)
+{
+    const Vec3 half = 0.5 * box.size();
+    const auto [least, most] = std::minmax({half[0], half[1], half[2]});
+    std::vector<Frame> frames{frame_around(box, half)};
+    if (most > kFlat * least) frames.push_back(frame_around(box, Box3::filled(most)));
+    return frames;
+}
+
+/// Runs them level by level side by side, always the one that has the fewest cells so far, until
+/// one is done or all are exhausted: this costs no more than twice what the better of two does.
+Integration first_done(std::vector<Integration>&& runs)
+{
+    for (;;) {
+        const auto next = std::min_element(runs.begin(), runs.end(),
+                                           [](const Integration& a, const Integration& b) {
+                                               return std::pair(a.is_exhausted(), a.n_cells()) <
+                                                      std::pair(b.is_exhausted(), b.n_cells());
+                                           });
+        if (next->is_done() || next->is_exhausted()) return std::move(*next);
+        next->step();
+    }
+}
+
 BoundedValue by_cells(const Solid& solid, const Box3& box, Quantity quantity,
                       const QuantityOptions& options)
 {
     const CsgField field(solid);
+    std::vector<Frame> frames = frames_to_try(box);
     // First roughly: what is asked for may depend on the value.
-    const double scale = Integration(field, box, quantity, 1.0, 1).scale();
+    const double scale = Integration(field, frames[0], quantity, 1.0, 1).scale();
     double most = allowed(options, kInfinity, scale);
     double wanted = std::min(most, kFirst * scale);
     for (int round = 0;; ++round) {
-        Integration integration(field, box, quantity, wanted, options.max_cells);
-        const BoundedValue result = integration.run();
+        std::vector<Integration> runs;
+        for (const Frame& frame : frames)
+            runs.emplace_back(field, frame, quantity, wanted, options.max_cells);
+        const Integration integration = first_done(std::move(runs));
+        const BoundedValue& result = integration.result();
         most = allowed(options, result.value - result.bound, scale);
         if (result.bound <= most) return result;
         const bool met = result.bound <= wanted;
         if (round == kMaxRounds || (!met && !integration.is_rounding()))
             give_up(quantity, most, result, integration.open_places());
+        frames = {integration.frame()};
         // The sum of many small errors may exceed what was wanted.
         wanted = met ? 0.5 * most : 0.1 * wanted;
     }

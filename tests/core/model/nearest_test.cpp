@@ -84,7 +84,7 @@ TEST(Nearest, NoPointOfTheSurfaceIsNearer)
 {
     // Hits of random rays lie on the surface: none may be nearer than what was found, and what was
     // found lies on the border.
-    const int n = std::getenv("GENUS_LONG") ? 300 : 6;
+    const int n = std::getenv("GENUS_LONG") ? 300 : 12;
     RandomShapes random(81);
     for (int trial = 0; trial < n; ++trial) {
         SCOPED_TRACE(trial);
