@@ -223,8 +223,7 @@ private:
         const OutFace first = faces_[rim.front().face];
         const auto& t = soup_.faces[first.plane];
         const int axis = dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
-        const int sign =
-            normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        const int sign = turn(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
         PlanarTriangulation mesh(axis, (sign < 0) != first.flipped, [](int, int) -> PointRef {
             throw Error("mesh_boolean: borders of a plane region cross");
         });

@@ -88,8 +88,8 @@ private:
         const double along = chart.sign * n[chart.axis];
         if (!(along > 0.0) || along * along < kAlong * kAlong * dot(n, n)) return false;
         const Triangle& t = soup_.faces[f];
-        return normal_sign(chart.axis, soup_.points[t[0]], soup_.points[t[1]],
-                           soup_.points[t[2]]) == chart.sign;
+        return turn(chart.axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) ==
+               chart.sign;
     }
 
     void grow(Index seed)

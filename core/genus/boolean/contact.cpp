@@ -20,7 +20,7 @@ struct Flat {
     explicit Flat(const Corners& corners) : t(corners)
     {
         axis = dominant_axis(*t.at[0], *t.at[1], *t.at[2]);
-        sign = normal_sign(axis, *t.at[0], *t.at[1], *t.at[2]);
+        sign = turn(axis, *t.at[0], *t.at[1], *t.at[2]);
     }
     int side_of_edge(int edge, const Vec3& p) const
     {

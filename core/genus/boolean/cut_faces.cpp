@@ -1,6 +1,7 @@
 #include "genus/boolean/cut_faces.h"
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <string>
 #include <tuple>
@@ -9,6 +10,7 @@
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
+#include "genus/boolean/chords.h"
 #include "genus/boolean/planar_triangulation.h"
 #include "genus/boolean/sheets.h"
 
@@ -20,6 +22,7 @@ using Index = std::int32_t;
 
 constexpr int kEdgeCarrier = -2;
 constexpr std::size_t kManyPoints = 64;
+constexpr std::size_t kFewPoints = 24;
 
 int next(int i)
 {
@@ -39,7 +42,7 @@ struct GroupCells {
     bool one_covers_all = true;
     bool is_whole = false;     // one plate that is not cut: a cell a face
     std::vector<Index> known;  // group's number of a point: its number, or -1 - new one
-    std::deque<ExactPoint> created;
+    std::vector<std::unique_ptr<ExactPoint>> created;
 };
 
 // Numbers of points in one group. The memory is kept by the thread, clean between groups.
@@ -103,17 +106,19 @@ public:
     GroupCells run()
     {
         current_progress().check();
-        bool whole = is_one_plate();
+        bool is_polygon = is_one_plate();
+        std::size_t n_segments = 0;
         for (const Index f : group_) {
             for (int e = 0; e < 3; ++e) {
                 add_chain(f, e);
                 chains_.start.push_back(chains_.points.size());
             }
-            whole = whole && by_.in_face[f].empty() && by_.segments[f].empty();
+            is_polygon = is_polygon && by_.in_face[f].empty();
+            n_segments += by_.segments[f].size();
         }
-        if (whole && chains_.points.size() == 6 * group_.size()) {
+        if (is_polygon && n_segments == 0 && chains_.points.size() == 6 * group_.size()) {
             keep_faces();
-        } else {
+        } else if (!is_polygon || chains_.points.size() > kFewPoints || !cut_polygon()) {
             triangulate();
         }
         return std::move(result_);
@@ -146,6 +151,66 @@ private:
             result_.known.push_back(corner(round.halfedge[i] / 3, round.halfedge[i] % 3));
     }
 
+    // Cuts the only plate along segments from side to side. False if they are not all such, or
+    // cross.
+    bool cut_polygon()
+    {
+        const Outline round = out_.tree.plates().outline(soup_, first_);
+        std::vector<Index>& ring = result_.known;
+        for (int i = 0; i < round.n; ++i) {
+            const auto chain = chains_[number_of(round.halfedge[i])];
+            ring.insert(ring.end(), chain.begin(), chain.end() - 1);
+        }
+        std::vector<Chord> chords;
+        const auto place = [&](Index point) {
+            return static_cast<Index>(std::find(ring.begin(), ring.end(), point) - ring.begin());
+        };
+        const auto n = static_cast<Index>(ring.size());
+        bool on_ring = inner_edge_is_whole();
+        for (const Index f : group_)
+            for (const auto& segment : by_.segments[f]) {
+                chords.push_back({place(segment.from), place(segment.to)});
+                on_ring = on_ring && chords.back()[0] < n && chords.back()[1] < n;
+            }
+        std::optional<PolygonCells> cells;
+        if (on_ring) {
+            std::vector<PointRef> points;
+            for (const Index p : ring) points.push_back(out_.points[p]);
+            const auto [axis, sign] = view();
+            cells = cut_by_chords(axis, sign < 0, points, chords);
+        }
+        if (!cells) {
+            ring.clear();
+            return false;
+        }
+        result_.corners = std::move(cells->corners);
+        result_.across = std::move(cells->across);
+        return true;
+    }
+
+    // Among the edges of the group.
+    std::size_t number_of(Index halfedge) const
+    {
+        const auto m = std::find(group_.begin(), group_.end(), halfedge / 3) - group_.begin();
+        return static_cast<std::size_t>(3 * m + halfedge % 3);
+    }
+
+    // Are there no points on the edge between the faces of the only plate?
+    bool inner_edge_is_whole() const
+    {
+        const Index h = out_.tree.plates().diagonal(first_);
+        return h < 0 || chains_[number_of(h)].size() == 2;
+    }
+
+    // The axis along which the plane is seen best, and how it turns from there.
+    std::pair<int, int> view() const
+    {
+        const Triangle& t = soup_.faces[first_];
+        const Vec3 &a = soup_.points[t[0]], &b = soup_.points[t[1]], &c = soup_.points[t[2]];
+        const int axis = dominant_axis(a, b, c);
+        return {axis, turn(axis, a, b, c)};
+    }
+
     Index corner(Index f, int i) const { return out_.first_equal[soup_.faces[f][i]]; }
 
     // Adds the points of edge i of f from corner i to the next, both included.
@@ -169,10 +234,7 @@ private:
     void triangulate()
     {
         LocalNumbers local(out_.points.size());
-        const Triangle& t = soup_.faces[first_];
-        const int axis = dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
-        const int sign =
-            normal_sign(axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
+        const auto [axis, sign] = view();
         PlanarTriangulation mesh(axis, sign < 0, [&](int a, int b) { return cross(a, b); });
         insert_points(mesh, local);
         keep_edges(mesh, local);
@@ -197,9 +259,9 @@ private:
             throw Error("mesh_boolean: operand " + std::to_string(soup_.given[first_].operand) +
                         " or another crosses itself near its face " +
                         std::to_string(soup_.given[first_].face));
-        result_.created.push_back(
-            three_planes(plane_of(soup_, first_), plane_of(soup_, a), plane_of(soup_, b)));
-        const ExactPoint& point = result_.created.back();
+        result_.created.push_back(std::make_unique<ExactPoint>(
+            three_planes(plane_of(soup_, first_), plane_of(soup_, a), plane_of(soup_, b))));
+        const ExactPoint& point = *result_.created.back();
         result_.known.push_back(-static_cast<Index>(result_.created.size()));
         return PointRef{point.approximate(), &point};
     }
@@ -222,7 +284,9 @@ private:
             local.set(point, mesh.insert(out_.points[point]));
             result_.known.push_back(point);
         };
-        if (chains_.points.size() > kManyPoints) {
+        std::size_t n_points = chains_.points.size();
+        for (const Index f : group_) n_points += by_.in_face[f].size();
+        if (n_points > kManyPoints) {
             for (const Index p : spread_points()) insert(p);
             return;
         }
@@ -238,9 +302,7 @@ private:
             points.insert(points.end(), by_.in_face[f].begin(), by_.in_face[f].end());
         std::sort(points.begin(), points.end());
         points.erase(std::unique(points.begin(), points.end()), points.end());
-        const Triangle& t = soup_.faces[first_];
-        sort_along_curve(dominant_axis(soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]),
-                         out_.points, points);
+        sort_along_curve(view().first, out_.points, points);
         return points;
     }
 
@@ -278,8 +340,8 @@ private:
         for (std::size_t m = 0; m < group_.size();) {
             const Index flat = flat_of_[group_[m]];
             const Triangle& c = soup_.faces[flat];
-            const int way = sign * normal_sign(axis, soup_.points[c[0]], soup_.points[c[1]],
-                                               soup_.points[c[2]]);
+            const int way =
+                sign * turn(axis, soup_.points[c[0]], soup_.points[c[1]], soup_.points[c[2]]);
             rim_.clear();
             for (; m < group_.size() && flat_of_[group_[m]] == flat; ++m)
                 for (int e = 0; e < 3; ++e)
@@ -407,7 +469,7 @@ private:
         std::vector<Index> number(group.known.size());
         for (std::size_t i = 0; i < number.size(); ++i)
             number[i] = group.known[i] >= 0 ? group.known[i]
-                                            : table_.add(group.created[-1 - group.known[i]]);
+                                            : table_.add(*group.created[-1 - group.known[i]]);
         const std::size_t first = out_.cells.size();
         std::size_t next_cover = 0;
         std::vector<Index> place(group.corners.size(), -1);

@@ -346,9 +346,4 @@ int cross_sign(int k, const Plane& a, const Plane& b)
     return cross_component(k, a, b).sign();
 }
 
-int normal_sign(int k, const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    return sign_of(normal_component(k, a, b, c));
-}
-
 }  // namespace genus::exact

@@ -106,7 +106,5 @@ bool same_point(const PointRef& p, const PointRef& q);
 int dominant_axis(const Vec3& a, const Vec3& b, const Vec3& c);
 /// Sign of component k of the cross product of the two normals.
 int cross_sign(int k, const Plane& a, const Plane& b);
-/// Sign of component k of (b - a) x (c - a).
-int normal_sign(int k, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace genus::exact

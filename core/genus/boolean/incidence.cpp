@@ -329,7 +329,7 @@ private:
         signed char& known = flat_edge_[i];
         if (known < 0) {
             const Index h = soup_.twin[i];
-            known = h >= 0 && !is_buried(h / 3) && same_plane(soup_, i / 3, h / 3) ? 1 : 0;
+            known = h >= 0 && !is_buried(h / 3) && same_plane(soup_, i) ? 1 : 0;
             if (h >= 0) flat_edge_[h] = known;
         }
         return known != 0;

@@ -4,7 +4,6 @@
 
 #include "genus/base/parallel.h"
 #include "genus/boolean/charts.h"
-#include "genus/boolean/sheets.h"
 
 namespace genus::exact {
 
@@ -49,25 +48,24 @@ bool make_quadrangle(const Soup& soup, Index h, const Vec3& normal)
     const Vec3 ad = d - a;
     if (std::abs(dot(normal, ad)) > kSurelyOff * sum_of_sizes(normal) * sum_of_sizes(ad))
         return false;
-    if (!same_plane(soup, h / 3, twin / 3)) return false;
+    if (!same_plane(soup, h)) return false;
     const Vec3& b = start_of(soup, twin);
     const Vec3& c = start_of(soup, prev_in_face(h));
     const int axis = dominant_axis(a, b, c);
-    const int sign = normal_sign(axis, a, b, c);
+    const int sign = turn(axis, a, b, c);
     return turn(axis, d, b, c) == sign && turn(axis, c, a, d) == sign;
 }
 
 }  // namespace
 
-bool same_plane(const Soup& soup, Index f, Index g)
+bool same_plane(const Soup& soup, Index h)
 {
-    if (!parallel_faces(soup, f, g)) return false;
-    const auto at = [&](Index face, int i) -> const Vec3& {
-        return soup.points[soup.faces[face][i]];
-    };
-    const int axis = dominant_axis(at(f, 0), at(f, 1), at(f, 2));
-    return normal_sign(axis, at(f, 0), at(f, 1), at(f, 2)) ==
-           normal_sign(axis, at(g, 0), at(g, 1), at(g, 2));
+    const Index twin = soup.twin[h];
+    const Vec3 &a = start_of(soup, h), &b = start_of(soup, twin);
+    const Vec3 &c = start_of(soup, prev_in_face(h)), &d = start_of(soup, prev_in_face(twin));
+    if (side_of_plane(a, b, c, d) != 0) return false;
+    const int axis = dominant_axis(a, b, c);
+    return turn(axis, a, b, c) == turn(axis, b, a, d);
 }
 
 Plates::Plates(const Soup& soup, const std::vector<Index>& owners)
@@ -119,7 +117,19 @@ PlateTree::PlateTree(const Soup& soup)
         for (std::size_t i = 0; i < face_.size(); ++i) owners[i] = owners[face_[i]];
         owners.resize(face_.size());
     }
-    std::vector<FloatBox> boxes(owners.size());
+    tree_ = BoxTree(boxes(soup), std::move(owners));
+}
+
+PlateTree PlateTree::of_faces(const Soup& soup)
+{
+    PlateTree result;
+    result.tree_ = BoxTree(result.boxes(soup), {});
+    return result;
+}
+
+std::vector<FloatBox> PlateTree::boxes(const Soup& soup) const
+{
+    std::vector<FloatBox> boxes(face_.empty() ? soup.faces.size() : face_.size());
     parallel_for(boxes.size(), 65536, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Index f = face(static_cast<Index>(i));
@@ -131,7 +141,7 @@ PlateTree::PlateTree(const Soup& soup)
             if (const Index g = plates_.other(soup, f); g >= 0) boxes[i].add(box(g));
         }
     });
-    tree_ = BoxTree(std::move(boxes), std::move(owners));
+    return boxes;
 }
 
 }  // namespace genus::exact

@@ -48,14 +48,16 @@ private:
     std::vector<std::int32_t> diagonal_;  // by face; empty if no plate has two
 };
 
-/// Do the faces, which share an edge, lie in one plane and turn alike? Exact.
-bool same_plane(const Soup& soup, std::int32_t f, std::int32_t g);
+/// Do the faces on the two sides of a halfedge lie in one plane and turn alike? Exact.
+bool same_plane(const Soup& soup, std::int32_t h);
 
 /// A tree over the plates of a soup. The lower of its faces stands for a plate.
 class PlateTree {
 public:
     PlateTree() = default;
     explicit PlateTree(const Soup& soup);
+    /// Each face a plate by itself, for those to whom pairs are known already.
+    static PlateTree of_faces(const Soup& soup);
 
     const Plates& plates() const { return plates_; }
 
@@ -79,6 +81,8 @@ public:
     }
 
 private:
+    /// The boxes of all plates, in order.
+    std::vector<FloatBox> boxes(const Soup& soup) const;
     std::int32_t face(std::int32_t item) const { return face_.empty() ? item : face_[item]; }
 
     Plates plates_;

@@ -82,7 +82,7 @@ UprightLine::UprightLine(const Soup& soup, std::int32_t plane) : soup_(soup)
     const Vec3& c = soup.points[soup.faces[plane][2]];
     plane_ = plane_through(a, b, c);
     axis_ = dominant_axis(a, b, c);
-    up_ = normal_sign(axis_, a, b, c);
+    up_ = turn(axis_, a, b, c);
 }
 
 bool UprightLine::pass_through(const std::array<PointRef, 3>& triangle, const Vec3& p)

@@ -76,7 +76,7 @@ int same_direction(const Soup& soup, std::int32_t f, std::int32_t g)
     const FacePoints pf(soup, f);
     const FacePoints pg(soup, g);
     const int k = dominant_axis(pf.a, pf.b, pf.c);
-    return normal_sign(k, pf.a, pf.b, pf.c) * normal_sign(k, pg.a, pg.b, pg.c);
+    return turn(k, pf.a, pf.b, pf.c) * turn(k, pg.a, pg.b, pg.c);
 }
 
 }  // namespace

@@ -21,9 +21,15 @@ using Index = std::int32_t;
 
 constexpr int kMendRounds = 10, kFirstRounds = 2;
 
+// What is wrong with a result.
+struct Defects {
+    std::vector<Index> faces;
+    std::vector<BoxTree::Pair> pairs;  // those that meet in more than they have in common
+};
+
 // What pairs of faces of a result do, by part of the search.
 struct Collisions {
-    std::vector<Index> bad;
+    std::vector<BoxTree::Pair> pairs;
     bool parts_touch = false;
 };
 
@@ -115,10 +121,10 @@ std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rou
 }
 
 // The faces that, after some corners moved, are flat or meet others. Notes where parts touch.
-std::vector<Index> find_collisions(Solved& mesh, const std::vector<char>& moved)
+Defects find_collisions(Solved& mesh, const std::vector<char>& moved)
 {
     enum : char { kStill, kSuspect, kFlat };
-    std::vector<Index> bad;
+    Defects bad;
     std::vector<Index> suspects;
     std::vector<char> kind(mesh.faces.size(), kStill);
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -126,7 +132,7 @@ std::vector<Index> find_collisions(Solved& mesh, const std::vector<char>& moved)
         if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
         const bool flat = is_flat(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
         kind[f] = flat ? kFlat : kSuspect;
-        (flat ? bad : suspects).push_back(static_cast<Index>(f));
+        (flat ? bad.faces : suspects).push_back(static_cast<Index>(f));
     }
     if (suspects.empty()) return bad;
     const auto box = [&](Index f) {
@@ -138,13 +144,11 @@ std::vector<Index> find_collisions(Solved& mesh, const std::vector<char>& moved)
     const BoxTree tree(std::move(boxes), {});
     std::vector<Collisions> found;
     const auto look_at = [&](Index f, Index g, Collisions& part) {
-        if (!collide(mesh, f, g, part.parts_touch)) return;
-        part.bad.push_back(f);
-        part.bad.push_back(g);
+        if (collide(mesh, f, g, part.parts_touch)) part.pairs.push_back({f, g});
     };
     const auto take = [&] {
         for (const Collisions& part : found) {
-            bad.insert(bad.end(), part.bad.begin(), part.bad.end());
+            bad.pairs.insert(bad.pairs.end(), part.pairs.begin(), part.pairs.end());
             mesh.parts_touch = mesh.parts_touch || part.parts_touch;
         }
     };
@@ -163,8 +167,9 @@ std::vector<Index> find_collisions(Solved& mesh, const std::vector<char>& moved)
                 });
     });
     take();
-    std::sort(bad.begin(), bad.end());
-    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    for (const auto& [f, g] : bad.pairs) bad.faces.insert(bad.faces.end(), {f, g});
+    std::sort(bad.faces.begin(), bad.faces.end());
+    bad.faces.erase(std::unique(bad.faces.begin(), bad.faces.end()), bad.faces.end());
     return bad;
 }
 
@@ -188,7 +193,7 @@ bool turned_by(const std::vector<char>& moved, const Solved& mesh, Index f, cons
     const Triangle& t = mesh.faces[f];
     if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return false;
     const auto sign = [](int axis, const std::vector<Vec3>& points, const Triangle& corners) {
-        return normal_sign(axis, points[corners[0]], points[corners[1]], points[corners[2]]);
+        return turn(axis, points[corners[0]], points[corners[1]], points[corners[2]]);
     };
     const Triangle& plane = soup.faces[from.plane];
     const int axis =
@@ -250,8 +255,15 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     return solved;
 }
 
-// A result as an operand: equal points made one, flat faces left out.
-Soup as_soup(const Solved& solved)
+// A result as an operand, and what is known of it.
+struct Operand {
+    Soup soup;
+    Start start;
+};
+
+// Equal points are made one, flat faces left out. No other faces than those of `pairs` meet in more
+// than they have in common: the others are as the exact result had them, or were looked at.
+Operand as_operand(const Solved& solved, const std::vector<BoxTree::Pair>& pairs)
 {
     Soup soup;
     std::map<std::array<double, 3>, Index> numbers;
@@ -289,7 +301,14 @@ Soup as_soup(const Solved& solved)
             }
     soup.operand.assign(soup.faces.size(), 0);
     soup.crosses_itself = {1};
-    return soup;
+    std::vector<Index> place_of(solved.faces.size(), -1);
+    for (std::size_t f = 0; f < all.size(); ++f) place_of[face[f]] = place[f];
+    Candidates known{PlateTree::of_faces(soup), {}};
+    for (const auto& [f, g] : pairs) {
+        const auto [low, high] = std::minmax(place_of[f], place_of[g]);
+        known.pairs.push_back({low, high});
+    }
+    return {std::move(soup), {std::move(known), {}}};
 }
 
 }  // namespace
@@ -306,24 +325,23 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
     const std::vector<Index> touch_themselves = std::move(solved.touch_themselves);
     std::size_t least_bad = std::numeric_limits<std::size_t>::max();
     for (int round = 0;; ++round) {
-        std::vector<Index> bad = find_collisions(solved, rounding.moved);
-        if (bad.empty()) bad = find_turned_parts(solved, rounding);
-        if (bad.empty()) bad = find_inverted_slivers(solved, rounding);
-        if (bad.empty()) {
+        Defects bad = find_collisions(solved, rounding.moved);
+        if (bad.faces.empty()) bad.faces = find_turned_parts(solved, rounding);
+        if (bad.faces.empty()) bad.faces = find_inverted_slivers(solved, rounding);
+        if (bad.faces.empty()) {
             solved.saw_all = saw_all;
             solved.touch_themselves = touch_themselves;
             return solved;
         }
-        place = frame.from_grid(solved.points[solved.faces[bad[0]][0]]);
+        place = frame.from_grid(solved.points[solved.faces[bad.faces[0]][0]]);
         // Thin parts that break up into ever more are helped by a coarser grid only.
-        const bool spreads = round >= kFirstRounds && bad.size() > 2 * least_bad;
+        const bool spreads = round >= kFirstRounds && bad.faces.size() > 2 * least_bad;
         if (round == kMendRounds || spreads) return std::nullopt;
-        least_bad = std::min(least_bad, bad.size());
+        least_bad = std::min(least_bad, bad.faces.size());
         ++report.n_mended;
-        const Soup again = as_soup(solved);
-        const BooleanFormula itself = BooleanFormula::union_of(1);
-        solved = solve_once(again, frame, itself, 1, InsideRule::Positive, options.merge_coplanar,
-                            look_over(again, itself, 1), rounding, report);
+        Operand again = as_operand(solved, bad.pairs);
+        solved = solve_once(again.soup, frame, BooleanFormula::union_of(1), 1, InsideRule::Positive,
+                            options.merge_coplanar, std::move(again.start), rounding, report);
     }
 }
 

@@ -263,7 +263,7 @@ private:
             plane = cut_.cells[cell].plane;
         }
         const auto& t = soup_.faces[plane];
-        if (normal_sign(ray.axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) < 0)
+        if (turn(ray.axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]) < 0)
             ++seed.side;
         seed.winding = windings_beyond(ray);
         return seed;
@@ -279,8 +279,8 @@ private:
             for (int i = 0; i < 3; ++i) {
                 if (cell.corners[i] != corner_f) continue;
                 const auto& t = soup_.faces[cell.plane];
-                const int sign = normal_sign(ray.axis, soup_.points[t[0]], soup_.points[t[1]],
-                                             soup_.points[t[2]]);
+                const int sign =
+                    turn(ray.axis, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
                 const auto left_of = [&](Index p) {
                     const PointRef& to = cut_.points[p];
                     const int s = turn_of_vector(ray.axis, ray.start, to, ray.m);

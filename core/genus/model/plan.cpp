@@ -293,7 +293,7 @@ private:
     }
 
     /// Drops, one after the other, parts that hold all of the box that the others have in common.
-    void drop_holders(std::vector<Planned>& parts, const std::vector<FieldProof>& proofs,
+    void drop_holders(std::vector<Planned>& parts, std::vector<FieldProof>& proofs,
                       const Box3& context)
     {
         std::vector<char> gone(parts.size(), 0);

@@ -56,52 +56,87 @@ bool has_no_small_formula(const Solid& solid)
     return false;
 }
 
-}  // namespace
-
-FieldProof::FieldProof(const Solid& solid, std::int64_t leaves)
+/// A point inside the solid, where one is known without work: the middle of a convex leaf.
+std::optional<Vec3> middle_of(const Solid& solid)
 {
-    if (leaves > kMostLeaves || has_no_small_formula(solid)) return;
-    try {
-        field_.emplace(solid);
-    } catch (const InvalidInput&) {
-        // Not a function of space: a polyhedron that is not convex. Nothing is proven of it here,
-        // and it is no error of the plan.
+    Transform map;
+    const Node* node = &solid.node();
+    for (;;) {
+        if (const auto* moved = std::get_if<Transformed>(&node->shape)) {
+            map = map * moved->map;
+            node = &moved->part.node();
+        } else if (const auto* painted = std::get_if<Colored>(&node->shape)) {
+            node = &painted->part.node();
+        } else {
+            break;
+        }
     }
+    if (const auto* s = std::get_if<Cube>(&node->shape))
+        return apply(map, s->center ? Vec3{} : 0.5 * s->size);
+    if (const auto* s = std::get_if<Cylinder>(&node->shape))
+        return apply(map, Vec3{{0.0, 0.0, s->center ? 0.0 : 0.5 * s->h}});
+    if (std::holds_alternative<Sphere>(node->shape)) return apply(map, Vec3{});
+    return std::nullopt;
 }
 
-bool FieldProof::disjoint(std::span<const FieldProof> solids, const Box3& box)
+}  // namespace
+
+const CsgField* FieldProof::field()
 {
+    if (!tried_) {
+        tried_ = true;
+        if (leaves_ > kMostLeaves || has_no_small_formula(solid_)) return nullptr;
+        try {
+            field_.emplace(solid_);
+        } catch (const InvalidInput&) {
+            // Not a function of space: a polyhedron that is not convex. Nothing is proven of it
+            // here, and it is no error of the plan.
+        }
+    }
+    return field_ ? &*field_ : nullptr;
+}
+
+bool FieldProof::disjoint(std::span<FieldProof> solids, const Box3& box)
+{
+    // The middle of one, if no other is known to keep away from it, disproves it before the field
+    // of that one is made.
+    for (std::size_t k = solids.size(); k-- > 0;) {
+        const std::optional<Vec3> middle = middle_of(solids[k].solid_);
+        if (!middle || !box.contains(*middle)) continue;
+        bool alone = false;
+        for (std::size_t i = 0; i < solids.size() && !alone; ++i)
+            alone = i != k && solids[i].field() && solids[i].field()->value(*middle) > 0.0;
+        if (!alone) return false;
+    }
     const auto outside_one = [&](const Box3& cell) {
-        for (const FieldProof& solid : solids)
-            if (solid.field_ && solid.field_->bound(cell).lo > 0.0) return true;
+        for (FieldProof& solid : solids)
+            if (solid.field() && solid.field()->bound(cell).lo > 0.0) return true;
         return false;
     };
     const auto inside_all = [&](const Vec3& p) {
-        for (const FieldProof& solid : solids)
-            if (!solid.field_ || solid.field_->value(p) > 0.0) return false;
+        for (FieldProof& solid : solids)
+            if (!solid.field() || solid.field()->value(p) > 0.0) return false;
         return true;
     };
     return holds_everywhere(box, outside_one, inside_all);
 }
 
-bool FieldProof::inside(const FieldProof& inner, const FieldProof& outer, const Box3& box)
+bool FieldProof::inside(FieldProof& inner, FieldProof& outer, const Box3& box)
 {
-    if (!inner.field_ || !outer.field_) return false;
+    const CsgField *in = inner.field(), *out = in ? outer.field() : nullptr;
+    if (!in || !out) return false;
     return holds_everywhere(
         box,
-        [&](const Box3& cell) {
-            return inner.field_->bound(cell).lo > 0.0 || outer.field_->bound(cell).hi <= 0.0;
-        },
-        [&](const Vec3& p) {
-            return inner.field_->value(p) <= 0.0 && outer.field_->value(p) > 0.0;
-        });
+        [&](const Box3& cell) { return in->bound(cell).lo > 0.0 || out->bound(cell).hi <= 0.0; },
+        [&](const Vec3& p) { return in->value(p) <= 0.0 && out->value(p) > 0.0; });
 }
 
-bool FieldProof::fills(const Box3& box) const
+bool FieldProof::fills(const Box3& box)
 {
-    return field_ && holds_everywhere(
-                         box, [&](const Box3& cell) { return field_->bound(cell).hi <= 0.0; },
-                         [&](const Vec3& p) { return field_->value(p) > 0.0; });
+    const CsgField* own = field();
+    return own && holds_everywhere(
+                      box, [&](const Box3& cell) { return own->bound(cell).hi <= 0.0; },
+                      [&](const Vec3& p) { return own->value(p) > 0.0; });
 }
 
 }  // namespace genus
