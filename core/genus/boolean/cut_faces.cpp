@@ -59,7 +59,7 @@ public:
     LocalNumbers(const LocalNumbers&) = delete;
     LocalNumbers& operator=(const LocalNumbers&) = delete;
 
-    Index at(Index point) const { return numbers_[point]; }  // -1 if it has none
+    Index at(Index point) const { return numbers_[point]; }  // -1 if it was never set
     void set(Index point, Index number)
     {
         numbers_[point] = number;
@@ -286,8 +286,9 @@ private:
         };
         std::size_t n_points = chains_.points.size();
         for (const Index f : group_) n_points += by_.in_face[f].size();
+        mesh.reserve(n_points);
         if (n_points > kManyPoints) {
-            for (const Index p : spread_points()) insert(p);
+            for (const Index p : spread_points(local)) insert(p);
             return;
         }
         for (const Index p : chains_.points) insert(p);
@@ -295,13 +296,19 @@ private:
             for (const Index p : by_.in_face[f]) insert(p);
     }
 
-    std::vector<Index> spread_points() const
+    // Those without a number, each once.
+    std::vector<Index> spread_points(LocalNumbers& local) const
     {
-        std::vector<Index> points = chains_.points;
+        constexpr Index kListed = -2;
+        std::vector<Index> points;
+        const auto list = [&](Index p) {
+            if (local.at(p) != -1) return;
+            local.set(p, kListed);
+            points.push_back(p);
+        };
+        for (const Index p : chains_.points) list(p);
         for (const Index f : group_)
-            points.insert(points.end(), by_.in_face[f].begin(), by_.in_face[f].end());
-        std::sort(points.begin(), points.end());
-        points.erase(std::unique(points.begin(), points.end()), points.end());
+            for (const Index p : by_.in_face[f]) list(p);
         sort_along_curve(view().first, out_.points, points);
         return points;
     }
@@ -337,6 +344,7 @@ private:
     {
         result_.one_covers_all = false;
         covered_.assign(mesh.cells().size(), -1);
+        rim_of_.assign(3 * mesh.cells().size(), -1);
         for (std::size_t m = 0; m < group_.size();) {
             const Index flat = flat_of_[group_[m]];
             const Triangle& c = soup_.faces[flat];
@@ -347,6 +355,7 @@ private:
                 for (int e = 0; e < 3; ++e)
                     if (!by_.left_out[3 * group_[m] + e])
                         add_to_rim(mesh, chains_[3 * m + e], local, way);
+            for (const auto& [cell, edge] : rim_) rim_of_[3 * cell + edge] = flat;
             cover(mesh, {flat, way});
         }
         std::sort(result_.covers.begin(), result_.covers.end(), [](const auto& a, const auto& b) {
@@ -370,7 +379,6 @@ private:
     // Floods the cells of one flat from its rim.
     void cover(const PlanarTriangulation& mesh, Arrangement::Cover what)
     {
-        std::sort(rim_.begin(), rim_.end());
         std::vector<int> stack;
         const auto enter = [&](int cell) {
             if (cell < 0) throw Error("mesh_boolean: a plane region is open");
@@ -384,9 +392,7 @@ private:
             const int cell = stack.back();
             stack.pop_back();
             for (int i = 0; i < 3; ++i)
-                if (mesh.cells()[cell].carrier[i] == PlanarTriangulation::kNone ||
-                    !std::binary_search(rim_.begin(), rim_.end(), std::array<int, 2>{cell, i}))
-                    enter(mesh.cells()[cell].neighbor[i]);
+                if (rim_of_[3 * cell + i] != what.face) enter(mesh.cells()[cell].neighbor[i]);
         }
     }
 
@@ -399,6 +405,7 @@ private:
     Chains chains_;
     std::vector<std::array<int, 2>> rim_;  // cells and edges
     std::vector<Index> covered_;           // by cell: by which flat, the last one
+    std::vector<Index> rim_of_;            // by edge of a cell: of which flat, the last one
     GroupCells result_;
 };
 

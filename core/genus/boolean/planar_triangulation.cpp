@@ -29,11 +29,11 @@ int edge_towards(const PlanarTriangulation::Cell& cell, int neighbor)
     return cell.neighbor[0] == neighbor ? 0 : (cell.neighbor[1] == neighbor ? 1 : 2);
 }
 
-// How far along the curve through 2^16 x 2^16 places this one comes.
-std::uint32_t place_on_curve(std::uint32_t x, std::uint32_t y)
+// How far along the curve through 2^bits x 2^bits places this one comes.
+std::uint32_t place_on_curve(int bits, std::uint32_t x, std::uint32_t y)
 {
     std::uint32_t place = 0;
-    for (std::uint32_t half = 1u << 15; half > 0; half >>= 1) {
+    for (std::uint32_t half = 1u << (bits - 1); half > 0; half >>= 1) {
         const bool right = (x & half) != 0;
         const bool upper = (y & half) != 0;
         place = place << 2 | ((right ? 3u : 0u) ^ (upper ? 1u : 0u));
@@ -60,15 +60,19 @@ void sort_along_curve(int axis, const std::vector<PointRef>& points,
             low[i] = std::min(low[i], points[p].approx[axes[i]]);
             high[i] = std::max(high[i], points[p].approx[axes[i]]);
         }
+    // Some sixteen places a point.
+    int bits = 4;
+    while (bits < 16 && which.size() >> 2 * (bits - 2) > 0) ++bits;
+    const double last = (1 << bits) - 1;
     std::array<double, 2> scale{};
-    for (int i = 0; i < 2; ++i) scale[i] = high[i] > low[i] ? 65535.0 / (high[i] - low[i]) : 0.0;
+    for (int i = 0; i < 2; ++i) scale[i] = high[i] > low[i] ? last / (high[i] - low[i]) : 0.0;
     std::vector<std::pair<std::uint32_t, std::int32_t>> placed;
     placed.reserve(which.size());
     for (const std::int32_t p : which) {
         const auto step = [&](int i) {
             return static_cast<std::uint32_t>((points[p].approx[axes[i]] - low[i]) * scale[i]);
         };
-        placed.push_back({place_on_curve(step(0), step(1)), p});
+        placed.push_back({place_on_curve(bits, step(0), step(1)), p});
     }
     std::sort(placed.begin(), placed.end());
     for (std::size_t i = 0; i < placed.size(); ++i) which[i] = placed[i].second;
@@ -82,6 +86,14 @@ void PlanarTriangulation::start_with_polygon(const std::vector<PointRef>& corner
     for (int i = 0; i < n; ++i)
         set(i, {0, i + 1, i + 2}, {i > 0 ? i - 1 : kNone, kNone, i + 1 < n ? i + 1 : kNone},
             {kNone, kNone, kNone});
+}
+
+void PlanarTriangulation::reserve(std::size_t n_points)
+{
+    points_.reserve(n_points);
+    seen_.reserve(n_points);
+    cell_of_.reserve(n_points);
+    cells_.reserve(2 * n_points);
 }
 
 void PlanarTriangulation::start_with_rectangle(const Vec3& low, const Vec3& high)

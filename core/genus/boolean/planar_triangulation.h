@@ -53,6 +53,7 @@ public:
     void constrain(int a, int b, int carrier);
     /// Flips free edges towards a Delaunay triangulation.
     void improve();
+    void reserve(std::size_t n_points);
 
     const std::vector<Cell>& cells() const { return cells_; }
     const std::vector<PointRef>& points() const { return points_; }
