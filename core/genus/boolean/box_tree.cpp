@@ -7,18 +7,13 @@ namespace genus::exact {
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-float rounded_down(double v)
+// The next float below or, where that is quicker to find, a little further on: these go for whole
+// meshes, and half of all numbers have to be rounded the other way.
+float lowered(double v)
 {
-    const auto f = static_cast<float>(v);
-    return static_cast<double>(f) > v ? std::nextafterf(f, -kInfinity) : f;
-}
-
-float rounded_up(double v)
-{
-    const auto f = static_cast<float>(v);
-    return static_cast<double>(f) < v ? std::nextafterf(f, kInfinity) : f;
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    const auto f = static_cast<float>(std::clamp(v, -kLargest, kLargest));
+    return f - (std::abs(f) * 0x1p-23f + std::numeric_limits<float>::min());
 }
 
 // The lower 10 bits of v, two zeros between each.
@@ -52,8 +47,8 @@ FloatBox box_of(const Vec3& a, const Vec3& b, const Vec3& c)
 {
     FloatBox box;
     for (int k = 0; k < 3; ++k) {
-        box.low[k] = rounded_down(std::min({a[k], b[k], c[k]}));
-        box.high[k] = rounded_up(std::max({a[k], b[k], c[k]}));
+        box.low[k] = lowered(std::min(std::min(a[k], b[k]), c[k]));
+        box.high[k] = -lowered(-std::max(std::max(a[k], b[k]), c[k]));
     }
     return box;
 }
@@ -84,43 +79,46 @@ BoxTree::BoxTree(std::vector<FloatBox> boxes, std::vector<std::int32_t> owners)
     radix_sort(keyed);
     items_.resize(n);
     if (n == 0) return;
-    std::vector<FloatBox> sorted(n);
-    std::vector<std::int32_t> owner(n, -1);
-    for (std::size_t i = 0; i < n; ++i) {
-        items_[i] = keyed[i].second;
-        sorted[i] = boxes[items_[i]];
-        if (!owners.empty()) owner[i] = owners[items_[i]];
+    for (std::size_t i = 0; i < n; ++i) items_[i] = keyed[i].second;
+    keyed = {};
+    Level above = add_level(
+        n, [&](std::size_t i) { return boxes[items_[i]]; },
+        [&](std::size_t i) { return owners.empty() ? -1 : owners[items_[i]]; });
+    while (levels_.back().size() > 1) {
+        const Level level = std::move(above);
+        above = add_level(
+            level.boxes.size(), [&](std::size_t i) { return level.boxes[i]; },
+            [&](std::size_t i) { return level.owners[i]; });
     }
-    do {
-        add_level(sorted, owner);
-    } while (levels_.back().size() > 1);
 }
 
-// Packs the nodes of one level and leaves those of the next.
-void BoxTree::add_level(std::vector<FloatBox>& boxes, std::vector<std::int32_t>& owners)
+// Packs the nodes of one level and returns those of the next.
+template <class BoxAt, class OwnerAt>
+BoxTree::Level BoxTree::add_level(std::size_t n, const BoxAt& box_at, const OwnerAt& owner_at)
 {
-    std::vector<Quad> level((boxes.size() + 3) / 4);
+    std::vector<Quad> level((n + 3) / 4);
+    Level above{std::vector<FloatBox>(level.size()), std::vector<std::int32_t>(level.size())};
     for (std::size_t q = 0; q < level.size(); ++q) {
         FloatBox all;
-        std::int32_t owner = owners[4 * q];
+        std::int32_t owner = owner_at(4 * q);
         for (std::size_t i = 0; i < 4; ++i) {
-            const bool exists = 4 * q + i < boxes.size();
-            const FloatBox box = exists ? boxes[4 * q + i] : FloatBox{};
+            const bool exists = 4 * q + i < n;
+            const FloatBox box = exists ? box_at(4 * q + i) : FloatBox{};
+            const std::int32_t own = exists ? owner_at(4 * q + i) : -1;
             for (int k = 0; k < 3; ++k) {
                 level[q].low[k][i] = box.low[k];
                 level[q].high[k][i] = box.high[k];
             }
-            level[q].owner[i] = exists ? owners[4 * q + i] : -1;
+            level[q].owner[i] = own;
             if (!exists) continue;
             all.add(box);
-            if (owners[4 * q + i] != owner) owner = -1;
+            if (own != owner) owner = -1;
         }
-        boxes[q] = all;
-        owners[q] = owner;
+        above.boxes[q] = all;
+        above.owners[q] = owner;
     }
-    boxes.resize(level.size());
-    owners.resize(level.size());
     levels_.push_back(std::move(level));
+    return above;
 }
 
 }  // namespace genus::exact

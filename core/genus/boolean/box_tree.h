@@ -93,7 +93,12 @@ private:
         std::int32_t level, a, b;
     };
 
-    void add_level(std::vector<FloatBox>& boxes, std::vector<std::int32_t>& owners);
+    struct Level {
+        std::vector<FloatBox> boxes;
+        std::vector<std::int32_t> owners;
+    };
+    template <class BoxAt, class OwnerAt>
+    Level add_level(std::size_t n, const BoxAt& box_at, const OwnerAt& owner_at);
     template <class Emit>
     void descend(NodePair pair, const Emit& emit) const;
 

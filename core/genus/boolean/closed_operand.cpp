@@ -113,7 +113,6 @@ std::int32_t find_twins(std::size_t n_vertices, const std::vector<Triangle>& fac
     struct Entry {
         Index high;
         Index halfedge;
-        bool forward;
         bool operator<(const Entry& o) const
         {
             return std::tie(high, halfedge) < std::tie(o.high, o.halfedge);
@@ -125,18 +124,22 @@ std::int32_t find_twins(std::size_t n_vertices, const std::vector<Triangle>& fac
         for (Index h = 0; h < n; ++h) {
             const Index a = faces[h / 3][h % 3];
             const Index b = faces[h / 3][next(h % 3)];
-            entries[fill[std::min(a, b)]++] = {std::max(a, b), h, a < b};
+            entries[fill[std::min(a, b)]++] = {std::max(a, b), h};
         }
     }
     twin.assign(n, -1);
     Index open = -1;
     for (std::size_t v = 0; v < n_vertices; ++v) {
+        const auto is_forward = [&](Index h) {
+            return static_cast<std::size_t>(faces[h / 3][h % 3]) == v;
+        };
         const auto end = entries.begin() + start[v + 1];
         std::sort(entries.begin() + start[v], end);
         for (auto e = entries.begin() + start[v]; e != end;) {
             auto last = e;
             int balance = 0;
-            for (; last != end && last->high == e->high; ++last) balance += last->forward ? 1 : -1;
+            for (; last != end && last->high == e->high; ++last)
+                balance += is_forward(last->halfedge) ? 1 : -1;
             if (balance != 0 && (open < 0 || e->halfedge < open)) open = e->halfedge;
             if (balance == 0 && last - e == 2) {
                 twin[e->halfedge] = e[1].halfedge;

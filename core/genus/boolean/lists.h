@@ -17,7 +17,8 @@ inline std::uint64_t mixed(std::uint64_t h)
     return h;
 }
 
-/// Lists of items, one for each key below a number, stored one after the other.
+/// Lists of items, one for each key below a number, stored one after the other. Keys without items
+/// cost four bytes.
 template <class T>
 class Lists {
 public:
@@ -26,44 +27,53 @@ public:
     Lists() = default;
     /// Items of one key stay in order. O(keys + items).
     Lists(std::size_t n_keys, const std::vector<Keyed>& keyed)
-        : begin_(n_keys, 0), end_(n_keys, 0), items_(keyed.size())
+        : place_(n_keys, 0), items_(keyed.size())
     {
-        for (const Keyed& k : keyed) ++end_[k.first];
+        for (const Keyed& k : keyed) ++place_[k.first];
         std::size_t sum = 0;
-        for (std::size_t key = 0; key < n_keys; ++key) {
-            begin_[key] = sum;
-            sum += end_[key];
-            end_[key] = begin_[key];
+        for (std::int32_t& place : place_) {
+            const std::int32_t n =
+                std::exchange(place, place == 0 ? -1 : static_cast<std::int32_t>(ranges_.size()));
+            if (n == 0) continue;
+            ranges_.push_back({sum, sum});
+            sum += static_cast<std::size_t>(n);
         }
-        for (const Keyed& k : keyed) items_[end_[k.first]++] = k.second;
+        for (const Keyed& k : keyed) items_[ranges_[place_[k.first]].end++] = k.second;
     }
 
-    std::size_t n_keys() const { return begin_.size(); }
+    std::size_t n_keys() const { return place_.size(); }
     std::span<T> operator[](std::size_t key)
     {
-        return {items_.data() + begin_[key], items_.data() + end_[key]};
+        if (place_[key] < 0) return {};
+        const Range& range = ranges_[place_[key]];
+        return {items_.data() + range.begin, items_.data() + range.end};
     }
-    std::span<const T> operator[](std::size_t key) const
-    {
-        return {items_.data() + begin_[key], items_.data() + end_[key]};
-    }
+    std::span<const T> operator[](std::size_t key) const { return const_cast<Lists&>(*this)[key]; }
     /// Keeps the first `n` items of a list.
-    void shorten(std::size_t key, std::size_t n) { end_[key] = begin_[key] + n; }
+    void shorten(std::size_t key, std::size_t n)
+    {
+        if (place_[key] >= 0) shorten(ranges_[place_[key]], n);
+    }
 
     void sort_and_make_unique()
     {
-        for (std::size_t key = 0; key < n_keys(); ++key) {
-            const std::span<T> list = (*this)[key];
+        for (Range& range : ranges_) {
+            const std::span<T> list(items_.data() + range.begin, items_.data() + range.end);
             if (list.size() < 2) continue;
             std::sort(list.begin(), list.end());
-            shorten(key,
-                    static_cast<std::size_t>(std::unique(list.begin(), list.end()) - list.begin()));
+            const auto end = std::unique(list.begin(), list.end());
+            shorten(range, static_cast<std::size_t>(end - list.begin()));
         }
     }
 
 private:
-    std::vector<std::size_t> begin_;
-    std::vector<std::size_t> end_;
+    struct Range {
+        std::size_t begin, end;
+    };
+    static void shorten(Range& range, std::size_t n) { range.end = range.begin + n; }
+
+    std::vector<std::int32_t> place_;  // by key: of its range, or -1
+    std::vector<Range> ranges_;
     std::vector<T> items_;
 };
 

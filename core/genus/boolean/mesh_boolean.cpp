@@ -239,6 +239,9 @@ private:
     {
         double largest = 0.0;
         std::vector<Index> owner;  // of each point, an operand
+        // A closed mesh of one piece has half as many corners as faces, and two.
+        soup.points.reserve(faces.size() / 2 + 2 * operands_.size());
+        owner.reserve(soup.points.capacity());
         for (const auto& [i, f] : faces)
             for (const Index v : ready_[i]->faces[f]) {
                 if (vertex_[i][v] >= 0) continue;
@@ -256,6 +259,7 @@ private:
                 largest = std::max(largest, off);
             }
         corners_.clear();
+        corners_.reserve(faces.size());
         for (const auto& [i, f] : faces) {
             Triangle t = ready_[i]->faces[f];
             for (Index& v : t) v = vertex_[i][v];
@@ -335,6 +339,12 @@ private:
     {
         IndexedMesh& mesh = result_.mesh;
         const auto base = static_cast<Index>(mesh.vertices.size());
+        if (n_clusters_ == 1) {
+            mesh.vertices.reserve(solved.points.size());
+            mesh.faces.reserve(solved.faces.size());
+            result_.operand.reserve(solved.faces.size());
+            result_.source_face.reserve(solved.faces.size());
+        }
         for (const Vec3& p : solved.points) mesh.vertices.push_back(frame.from_grid(p));
         for (const Triangle& t : solved.faces)
             mesh.faces.push_back({t[0] + base, t[1] + base, t[2] + base});

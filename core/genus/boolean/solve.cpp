@@ -6,6 +6,7 @@
 
 #include "genus/base/parallel.h"
 #include "genus/boolean/assemble.h"
+#include "genus/boolean/box_map.h"
 #include "genus/boolean/buried.h"
 #include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
@@ -141,6 +142,7 @@ Defects find_collisions(Solved& mesh, const std::vector<char>& moved)
     };
     std::vector<FloatBox> boxes;
     for (const Index f : suspects) boxes.push_back(box(f));
+    const BoxMap map(boxes);
     const BoxTree tree(std::move(boxes), {});
     std::vector<Collisions> found;
     const auto look_at = [&](Index f, Index g, Collisions& part) {
@@ -160,11 +162,12 @@ Defects find_collisions(Solved& mesh, const std::vector<char>& moved)
     constexpr std::size_t kGrain = 4096;
     found.assign(mesh.faces.size() / kGrain + 1, {});
     parallel_for(mesh.faces.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f)
-            if (kind[f] == kStill)
-                tree.query(box(static_cast<Index>(f)), [&](Index s) {
-                    look_at(static_cast<Index>(f), suspects[s], found[begin / kGrain]);
-                });
+        for (std::size_t f = begin; f < end; ++f) {
+            const auto face = static_cast<Index>(f);
+            if (kind[f] != kStill || !map.may_overlap(box(face))) continue;
+            tree.query(box(face),
+                       [&](Index s) { look_at(face, suspects[s], found[begin / kGrain]); });
+        }
     });
     take();
     for (const auto& [f, g] : bad.pairs) bad.faces.insert(bad.faces.end(), {f, g});
@@ -247,6 +250,7 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
         solved.points[i] = frame.rounded(p.approx);
         rounding.moved[i] = middle || !same_point({solved.points[i], nullptr}, p);
     }
+    solved.given.reserve(faces.size());
     for (std::size_t f = 0; f < faces.size(); ++f) {
         solved.given.push_back(soup.given[faces[f].source]);
         if (turned_by(rounding.moved, solved, static_cast<Index>(f), soup, faces[f]))
