@@ -6,6 +6,7 @@
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
 #include "genus/model/csg_field.h"
+#include "genus/model/leaves.h"
 #include "genus/model/patch_solid.h"
 #include "genus/model/plan.h"
 #include "genus/model/queries.h"
@@ -144,6 +145,8 @@ struct RayHits {
     std::vector<Vec3> points;
     std::vector<Vec3> normals;
     std::vector<std::uint8_t> entering;
+    std::vector<std::int64_t> leaf;
+    Solid solid;  // that was hit
 
     void add(std::size_t number, const SolidHit& hit)
     {
@@ -152,6 +155,16 @@ struct RayHits {
         points.push_back(hit.point);
         normals.push_back(hit.normal);
         entering.push_back(hit.entering);
+        leaf.push_back(hit.leaf);
+    }
+
+    // One name a hit.
+    std::vector<std::string> leaf_names() const
+    {
+        const std::vector<std::string> all = genus::leaf_names(solid);
+        std::vector<std::string> names;
+        for (const std::int64_t i : leaf) names.push_back(all[static_cast<std::size_t>(i)]);
+        return names;
     }
 };
 
@@ -165,6 +178,7 @@ RayHits cast_rays(const Solid& solid, const ArrayLike& origins, const ArrayLike&
     return long_call([&] {
         const auto hits = ray_cast(solid, rows(from), rows(along));
         RayHits all;
+        all.solid = solid;
         for (std::size_t i = 0; i < hits.size(); ++i)
             for (const SolidHit& hit : hits[i]) all.add(i, hit);
         return all;
@@ -192,6 +206,11 @@ void bind_ray_hits(py::module_& m)
                 return to_array(h.entering).attr("view")(py::dtype::of<bool>());
             },
             "(k,) bool: into the solid, else out of it.")
+        .def_property_readonly(
+            "leaf", [](const RayHits& h) { return to_array(h.leaf); },
+            "(k,) int64: whose surface it is, as Solid.leaves() counts.")
+        .def_property_readonly("leaf_names", &RayHits::leaf_names,
+                               "The names of those, one a hit: \"sphere(r = 2)\".")
         .def("__len__", [](const RayHits& h) { return h.t.size(); });
 }
 
@@ -394,8 +413,18 @@ near the solid.
         .def("ray_cast", &cast_rays, py::arg("origins"), py::arg("directions"),
              R"(Entries and exits of rays, origins (n, 3) and directions (n, 3), in order: RayHits.
 
->>> genus.sphere(1).ray_cast([[-3, 0, 0]], [[1, 0, 0]]).t.tolist()
-[2.0, 4.0])")
+>>> hits = (genus.sphere(2) - genus.cylinder(9, 1)).ray_cast([[-3, 0, 1]], [[1, 0, 0]])
+>>> hits.t.round(3).tolist(), hits.leaf.tolist()
+([1.268, 2.0, 4.0, 4.732], [0, 1, 1, 0])
+>>> hits.leaf_names[1]
+'cylinder(h = 9, r = 1)')")
+        .def(
+            "leaves", [](const Solid& s) { return long_call([&] { return leaf_names(s); }); },
+            R"(The primitives of the tree by name, in its order, the parts of an operator from left to
+right; RayHits.leaf counts them. Transforms are not told.
+
+>>> (genus.sphere(2) - genus.cylinder(9, 1).rotate([90, 0, 0])).leaves()
+['sphere(r = 2)', 'cylinder(h = 9, r = 1)'])")
         .def(
             "explain", [](const Solid& s) { return plan(s).explanation; },
             "What planning leaves out of the work.")

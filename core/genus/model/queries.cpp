@@ -5,6 +5,7 @@
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
+#include "genus/model/leaves.h"
 #include "genus/model/plan.h"
 #include "genus/model/ray_roots.h"
 #include "genus/model/solid_field.h"
@@ -67,7 +68,7 @@ SolidHit make_hit(const CsgField& field, const Vec3& origin, const Vec3& directi
     Vec3 n = normalized(field.surfaces()[branch.surface].gradient(p));
     // Outward is against the ray on the way in, along it on the way out.
     if ((dot(n, direction) > 0.0) == entering) n = -n;
-    return {t, p, n, branch.surface, entering};
+    return {t, p, n, branch.surface, entering, -1};
 }
 
 }  // namespace
@@ -130,8 +131,7 @@ std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const 
 
 std::vector<SolidHit> ray_cast(const Solid& solid, const Vec3& origin, const Vec3& direction)
 {
-    if (has_formula(solid)) return ray_cast(CsgField(solid), origin, direction);
-    return SolidSurface(solid).ray_cast(origin, direction);
+    return ray_cast(solid, std::span(&origin, 1), std::span(&direction, 1)).front();
 }
 
 namespace {
@@ -161,10 +161,20 @@ std::vector<std::vector<SolidHit>> ray_cast(const CsgField& field, std::span<con
 std::vector<std::vector<SolidHit>> ray_cast(const Solid& solid, std::span<const Vec3> origins,
                                             std::span<const Vec3> directions)
 {
-    if (has_formula(solid)) return ray_cast(CsgField(solid), origins, directions);
+    const LeafFinder leaves(solid);
+    const auto cast_at = [&](const auto& cast) {
+        return cast_all(origins, directions, [&](const Vec3& o, const Vec3& d) {
+            std::vector<SolidHit> hits = cast(o, d);
+            for (SolidHit& hit : hits) hit.leaf = leaves.at(hit.point, hit.normal);
+            return hits;
+        });
+    };
+    if (has_formula(solid)) {
+        const CsgField field(solid);
+        return cast_at([&](const Vec3& o, const Vec3& d) { return ray_cast(field, o, d); });
+    }
     const SolidSurface surface(solid);
-    return cast_all(origins, directions,
-                    [&](const Vec3& o, const Vec3& d) { return surface.ray_cast(o, d); });
+    return cast_at([&](const Vec3& o, const Vec3& d) { return surface.ray_cast(o, d); });
 }
 
 }  // namespace genus

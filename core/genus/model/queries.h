@@ -30,12 +30,15 @@ struct SolidHit {
     Vec3 normal;           // outward, length 1
     std::int32_t surface;  // number in the field
     bool entering;
+    /// Of the primitive whose surface it is, as leaves_of counts; -1 from a field, which knows none.
+    std::int32_t leaf = -1;
 };
 
 /// All entries and exits along the ray t >= 0, in order; entries and exits alternate. A ray that
 /// starts inside begins with an exit, one that ends inside has no last exit; touching from outside
 /// is no hit. Throws InvalidInput if the direction is zero or a number is not finite.
-/// O(n^2) for n surfaces that the ray meets.
+/// O(n^2) for n surfaces that the ray meets. Where primitives share a surface, as a pin and its
+/// hole, the hit is of the one that makes the difference there.
 ///
 /// Implements [roth1982], classification of a ray against a tree.
 std::vector<SolidHit> ray_cast(const CsgField& field, const Vec3& origin, const Vec3& direction);

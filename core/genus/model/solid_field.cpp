@@ -375,7 +375,7 @@ std::vector<SolidHit> SolidSurface::ray_cast(const Vec3& origin, const Vec3& dir
         const Vec3 p = origin + t * direction;
         const Vec3 own = data_->field->gradient(p);
         if (norm(own) > 0.0 && dot(own, normal) > 0.0) normal = normalized(own);
-        hits.push_back({t, p, normal, hit.face, entering});
+        hits.push_back({t, p, normal, hit.face, entering, -1});
     }
     return hits;
 }

@@ -6,6 +6,7 @@
 
 #include "core/model/random_trees.h"
 #include "genus/base/error.h"
+#include "genus/model/leaves.h"
 #include "genus/model/ray_roots.h"
 
 namespace genus {
@@ -55,6 +56,90 @@ TEST(RayCast, HollowSolidHasAllCrossingsInOrder)
     EXPECT_EQ(parameters(hits), (std::vector<double>{6, 7, 11, 12}));
     EXPECT_EQ(hits[1].normal, (Vec3{{1, 0, 0}}));  // out of the wall, into the hollow
     EXPECT_TRUE(ray_cast(bowl, {{0, 0, -9}}, {{0, 0, 1}}).empty());
+}
+
+std::vector<std::int32_t> leaves(const std::vector<SolidHit>& hits)
+{
+    std::vector<std::int32_t> numbers;
+    for (const SolidHit& hit : hits) numbers.push_back(hit.leaf);
+    return numbers;
+}
+
+TEST(RayCast, TellsTheLeafInTheOrderOfTheTree)
+{
+    const Solid ball = sphere(3), bar = cylinder(9, 1, 1, true);
+    // The bar comes twice, once across; empty parts, moves and colours do not count.
+    const Solid tree =
+        subtract({colored(unite({Solid(), at(ball, 0, 0, 1)}), {{1, 0, 0, 1}}), bar,
+                  transformed(bar, rotation_y(90)), at(cube({{9, 9, 9}}), 2, -4, -4)});
+    EXPECT_EQ(leaf_names(tree),
+              (std::vector<std::string>{"sphere(r = 3)", "cylinder(h = 9, r = 1)",
+                                        "cylinder(h = 9, r = 1)", "cube([9, 9, 9])"}));
+    EXPECT_EQ(leaves(ray_cast(tree, {{-5, 0.1, 1.9}}, {{1, 0, 0}})),
+              (std::vector<std::int32_t>{0, 1, 1, 3}));
+    EXPECT_EQ(leaves(ray_cast(tree, {{-2, 0.1, -5}}, {{0, 0, 1}})),
+              (std::vector<std::int32_t>{0, 2, 2, 0}));
+    EXPECT_EQ(leaves(ray_cast(sphere(1), {{-5, 0, 0}}, {{1, 0, 0}})),
+              (std::vector<std::int32_t>{0, 0}));
+    // From far away, where the point itself has but seven digits.
+    EXPECT_EQ(leaves(ray_cast(tree, {{-5e8, 0.1, 1.9}}, {{1, 0, 0}})),
+              (std::vector<std::int32_t>{0, 1, 1, 3}));
+}
+
+TEST(RayCast, OfLeavesThatShareASurfaceTheOneThatIsThereCounts)
+{
+    // A pin fills the lower half of its hole, with the same wall; above it the wall is the hole's.
+    const Solid part = unite({subtract({cube({{6, 6, 4}}, true), cylinder(9, 1, 1, true)}),
+                              at(cylinder(2, 1, 1), 0, 0, -2)});
+    EXPECT_EQ(leaves(ray_cast(part, {{-9, 0, 1}}, {{1, 0, 0}})),
+              (std::vector<std::int32_t>{0, 1, 1, 0}));
+    EXPECT_EQ(leaves(ray_cast(part, {{0.1, 0, 9}}, {{0, 0, -1}})),
+              (std::vector<std::int32_t>{2, 2}));
+    // Two bricks side by side under one plane.
+    const Solid bricks = unite({cube({{1, 1, 1}}), at(cube({{1, 1, 1}}), 1, 0, 0)});
+    EXPECT_EQ(leaves(ray_cast(bricks, {{1.5, 0.5, 9}}, {{0, 0, -1}})),
+              (std::vector<std::int32_t>{1, 1}));
+}
+
+TEST(RayCast, TheLeafHasItsBorderWhereTheHitIs)
+{
+    RandomShapes random(93);
+    int n_hits = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        SCOPED_TRACE(trial);
+        const Solid tree = random_tree(random, 3);
+        const std::vector<PlacedLeaf> all = leaves_of(tree);
+        for (int ray = 0; ray < 20; ++ray) {
+            const Vec3 from = random.point(6);
+            for (const SolidHit& hit : ray_cast(tree, from, random.point(1.5) - from)) {
+                ASSERT_GE(hit.leaf, 0);
+                ASSERT_LT(hit.leaf, static_cast<std::int32_t>(all.size()));
+                const PlacedLeaf& leaf = all[static_cast<std::size_t>(hit.leaf)];
+                const CsgField field(transformed(leaf.leaf, leaf.map));
+                const Vec3 g = field.gradient(hit.point);
+                EXPECT_NEAR(field.value(hit.point), 0.0, 1e-9);
+                EXPECT_NEAR(std::fabs(dot(g, hit.normal)), norm(g), 1e-6 * norm(g));
+                ++n_hits;
+            }
+        }
+    }
+    EXPECT_GT(n_hits, 100);
+}
+
+TEST(RayCast, TellsTheLeafOfTreesWithoutAFormula)
+{
+    // A ball beside two tetrahedra in one polyhedron, which is not convex.
+    PolygonMesh pair;
+    for (const double x : {0.0, 2.0}) {
+        const auto first = static_cast<std::int32_t>(pair.vertices.size());
+        for (const Vec3& v : {Vec3{}, Vec3{{1, 0, 0}}, Vec3{{0, 1, 0}}, Vec3{{0, 0, 1}}})
+            pair.vertices.push_back(v + Vec3{{x, 0, 0}});
+        for (const Triangle& f : {Triangle{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}})
+            pair.add_face(Triangle{first + f[0], first + f[1], first + f[2]});
+    }
+    const Solid tree = unite({at(sphere(1), 5, 0, 0), polyhedron(std::move(pair))});
+    EXPECT_EQ(leaves(ray_cast(tree, {{-9, 0.3, 0.2}}, {{1, 0, 0}})),
+              (std::vector<std::int32_t>{1, 1, 1, 1, 0, 0}));
 }
 
 TEST(RayCast, ParticipantsSharingASurfaceDoNotInterrupt)
