@@ -155,6 +155,21 @@ def test_rays_enter_and_leave_in_order():
         solid.ray_cast(np.zeros((1, 3)), np.ones((2, 3)))
 
 
+def test_hits_tell_the_leaf():
+    plate, hole = genus.cube([6, 6, 4], center=True), genus.cylinder(h=9, r=1, center=True)
+    pin = genus.cylinder(h=2, r=1).translate([0, 0, -2])
+    part = ((plate - hole) + pin).color([1, 0, 0])
+    assert part.leaves() == ["cube([6, 6, 4])", "cylinder(h = 9, r = 1)", "cylinder(h = 2, r = 1)"]
+    hits = part.ray_cast([[-9, 0, 1], [0.1, 0, 9]], [[1, 0, 0], [0, 0, -1]])
+    assert hits.leaf.dtype == np.int64
+    assert hits.leaf.tolist() == [0, 1, 1, 0, 2, 2]
+    assert hits.leaf_names == [part.leaves()[i] for i in hits.leaf]
+    none = part.ray_cast([[9, 9, 9]], [[1, 0, 0]])
+    assert none.leaf.shape == (0,)
+    assert none.leaf_names == []
+    assert genus.Solid().leaves() == []
+
+
 def test_the_empty_solid_and_nothing_left():
     assert genus.Solid().is_empty
     assert genus.union([]).is_empty
