@@ -2,8 +2,9 @@
 //
 //   boolean_formulas [rounds = 100000] [first seed = 0] [every = 10]
 //
-// Every `every`-th seed is solved on 2 and 8 threads as well. Prints seeds of what is wrong and of
-// what was refused with the reason, then the counts by reason. Exit status 1 if anything is wrong.
+// Every `every`-th seed is solved on 2 and 8 threads as well, and a crowd of operands with it.
+// Prints seeds of what is wrong and of what was refused with the reason, then the counts by reason.
+// Exit status 1 if anything is wrong.
 
 #include <cstdio>
 #include <cstdlib>
@@ -33,25 +34,34 @@ int main(int argc, char** argv)
     const std::uint32_t every = std::max(1u, argument(3, 10));
     genus::set_thread_count(1);
     std::map<std::string, int> refused;
+    int n_crowds = 0;
     int n_refused = 0;
     int n_wrong = 0;
     int n_mended = 0;
-    for (std::uint32_t seed = first; seed < first + rounds; ++seed) {
-        const auto outcome = genus::random_formulas::try_formula(seed, seed % every == 0);
+    const auto tally = [&](const char* what, std::uint32_t seed,
+                           const genus::random_formulas::Outcome& outcome) {
         n_mended += outcome.n_mended > 0;
         if (!outcome.wrong.empty()) {
             ++n_wrong;
-            std::printf("seed %u wrong: %s\n", seed, outcome.wrong.c_str());
+            std::printf("%s %u wrong: %s\n", what, seed, outcome.wrong.c_str());
         }
         if (!outcome.refused.empty()) {
             ++n_refused;
             ++refused[class_of(outcome.refused)];
-            std::printf("seed %u refused: %s\n", seed, outcome.refused.c_str());
+            std::printf("%s %u refused: %s\n", what, seed, outcome.refused.c_str());
         }
         std::fflush(stdout);
+    };
+    for (std::uint32_t seed = first; seed < first + rounds; ++seed) {
+        tally("seed", seed, genus::random_formulas::try_formula(seed, seed % every == 0));
+        if (seed % every != 0) continue;
+        ++n_crowds;
+        tally("crowd", seed, genus::random_formulas::try_crowd(seed, seed % (10 * every) == 0));
     }
-    std::printf("%u formulas, 4 results each: %d wrong, %d refused, %d mended on the way\n", rounds,
-                n_wrong, n_refused, n_mended);
+    std::printf(
+        "%u formulas, 4 results each, and %d crowds: %d wrong, %d refused, %d mended on the "
+        "way\n",
+        rounds, n_crowds, n_wrong, n_refused, n_mended);
     for (const auto& [kind, count] : refused) std::printf("%8d  %s\n", count, kind.c_str());
     return n_wrong == 0 ? 0 : 1;
 }

@@ -3,6 +3,8 @@
 // Random formulas over random solids in bad positions, and what theory promises of each: a sound
 // mesh, volumes that add up, the same bits on any number of threads.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -191,6 +193,100 @@ inline Outcome try_formula(std::uint32_t seed, bool all_threads)
         const double tolerance = 200.0 * made.size * made.size * made.unit;
         if (!(std::abs(v_or - (v_and + v_f + v_g)) <= tolerance)) fail("volumes do not add up");
         if (!(std::min({v_and, v_f, v_g}) >= -tolerance)) fail("a volume is negative");
+    } catch (const Error& error) {
+        outcome.refused = error.what();
+    }
+    return outcome;
+}
+
+/// So many operands that they are combined in groups first: boxes between whole coordinates, which
+/// touch in every way, and in every second case other solids among them.
+struct Crowd {
+    std::vector<IndexedMesh> solids;
+    BooleanFormula formula;  // the union of the first `n_united` of them less the others
+    double cells = -1.0;     // its volume where all are such boxes, counted cell by cell
+    double unit = 1.0;       // of the coordinates, a cell's side
+};
+
+inline Crowd random_crowd(std::uint32_t seed)
+{
+    Crowd made;
+    Dice dice(seed);
+    const int n = 40 + dice.below(160), side = 3 + dice.below(4);
+    const int n_united = dice.one_in(2) ? n : n / 2;
+    const bool all_boxes = dice.one_in(2);
+    made.unit = dice.one_in(2) ? 1.0 : 1.0 / 3.0;
+    std::vector<char> inside(static_cast<std::size_t>(side * side * side), 0);
+    for (int i = 0; i < n; ++i) {
+        std::array<int, 3> low, high;
+        for (std::size_t k = 0; k < 3; ++k) {
+            low[k] = dice.below(side);
+            high[k] = std::min(side, low[k] + 1 + dice.below(2));
+        }
+        for (int x = low[0]; x < high[0]; ++x)
+            for (int y = low[1]; y < high[1]; ++y)
+                for (int z = low[2]; z < high[2]; ++z)
+                    inside[static_cast<std::size_t>((x * side + y) * side + z)] = i < n_united;
+        const auto corner = [&](const std::array<int, 3>& c) {
+            return Vec3{{made.unit * c[0], made.unit * c[1], made.unit * c[2]}};
+        };
+        const bool is_box = all_boxes || dice.one_in(2);
+        made.solids.push_back(is_box ? box(corner(low), corner(high))
+                                     : moved(scaled(random_solid(dice), made.unit), corner(low)));
+    }
+    BooleanFormula& formula = made.formula;
+    std::vector<BooleanFormula::Term> united, rest;
+    for (int i = 0; i < n; ++i) (i < n_united ? united : rest).push_back({i, true, i >= n_united});
+    const std::int32_t first = formula.add(false, united);
+    rest.push_back({first, false, false});
+    formula.add(true, rest);
+    if (all_boxes) made.cells = static_cast<double>(std::count(inside.begin(), inside.end(), 1));
+    return made;
+}
+
+/// A crowd in groups and all at once: sound meshes of one form and volume, known for boxes; the
+/// same bits on 2 and 8 threads if `all_threads`.
+inline Outcome try_crowd(std::uint32_t seed, bool all_threads)
+{
+    Outcome outcome;
+    const auto fail = [&](const std::string& what) {
+        outcome.wrong += (outcome.wrong.empty() ? "" : "; ") + what;
+    };
+    const Crowd made = random_crowd(seed);
+    try {
+        MeshBooleanOptions at_once;
+        at_once.largest_union = 1000;
+        const MeshBooleanResult a = mesh_boolean(made.solids, made.formula, at_once);
+        const MeshBooleanResult b = mesh_boolean(made.solids, made.formula);
+        for (const MeshBooleanResult* r : {&a, &b}) {
+            const Validation checked = validate(r->mesh);
+            for (const Finding& finding : checked.findings) fail(finding.text);
+            if (!checked.topology.closed || !checked.topology.manifold)
+                fail("not closed and manifold");
+            outcome.n_mended += r->report.n_mended;
+        }
+        const double cell = made.unit * made.unit * made.unit;
+        const double snap =
+            std::max({a.report.largest_snap, b.report.largest_snap, 10.0 * made.unit * 2.3e-16});
+        const double tolerance = 1e4 * made.unit * made.unit * snap;
+        if (!(std::abs(volume(a.mesh) - volume(b.mesh)) <= tolerance))
+            fail("another volume in groups");
+        if (made.cells >= 0.0) {
+            if (!(std::abs(volume(b.mesh) - made.cells * cell) <= tolerance))
+                fail("a volume of " + std::to_string(volume(b.mesh) / cell) + " cells, not " +
+                     std::to_string(made.cells));
+            if (genus_of(a.mesh) != genus_of(b.mesh) || parts_of(a.mesh) != parts_of(b.mesh))
+                fail("another form in groups");
+        }
+        if (all_threads) {
+            const int before = thread_count();
+            for (const int threads : {2, 8}) {
+                set_thread_count(threads);
+                if (!same_bits(b, mesh_boolean(made.solids, made.formula)))
+                    fail("other bits on " + std::to_string(threads) + " threads");
+            }
+            set_thread_count(before);
+        }
     } catch (const Error& error) {
         outcome.refused = error.what();
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 
@@ -450,9 +451,10 @@ Splitting split_corners(const Soup& soup, const Arrangement& arrangement,
     return result;
 }
 
-// Puts a corner in the middle of each of the edges and halves the faces there.
-void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>& points,
-                 std::vector<OutFace>& faces)
+// Puts a corner in the middle of each of the edges and halves the faces there. Returns a point of
+// an edge that is too short for that.
+std::optional<Vec3> halve_edges(const std::vector<std::uint64_t>& edges,
+                                std::vector<PointRef>& points, std::vector<OutFace>& faces)
 {
     std::unordered_map<std::uint64_t, Index> middle;
     for (const std::uint64_t edge : edges) {
@@ -460,7 +462,7 @@ void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>&
         const Vec3& b = points[edge & 0xffffffffu].approx;
         Vec3 m;
         for (int k = 0; k < 3; ++k) m[k] = std::nearbyint(0.5 * a[k] + 0.5 * b[k]);
-        if (m == a || m == b) throw Error("mesh_boolean: parts touch along an edge too short");
+        if (m == a || m == b) return a;
         middle[edge] = static_cast<Index>(points.size());
         points.push_back({m, nullptr});
     }
@@ -478,16 +480,21 @@ void halve_edges(const std::vector<std::uint64_t>& edges, std::vector<PointRef>&
             faces.push_back(other);  // looked at when its turn comes
             i = 0;
         }
+    return std::nullopt;
 }
 
 }  // namespace
 
-OutMesh split_to_manifold(const Soup& soup, Arrangement& arrangement, std::vector<OutFace>& faces)
+std::optional<OutMesh> split_to_manifold(const Soup& soup, Arrangement& arrangement,
+                                         std::vector<OutFace>& faces, Vec3& place)
 {
     while (true) {
         Splitting splitting = split_corners(soup, arrangement, faces);
         if (splitting.shared_edges.empty()) return std::move(splitting.mesh);
-        halve_edges(splitting.shared_edges, arrangement.points, faces);
+        const auto failed = halve_edges(splitting.shared_edges, arrangement.points, faces);
+        if (!failed) continue;
+        place = *failed;
+        return std::nullopt;
     }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "genus/boolean/arrangement.h"
@@ -34,6 +35,8 @@ struct OutMesh {
     std::vector<Triangle> faces;       // in the order of the OutFaces
     std::vector<std::int32_t> points;  // of each corner: its number in the arrangement
 };
-OutMesh split_to_manifold(const Soup& soup, Arrangement& arrangement, std::vector<OutFace>& faces);
+/// Nothing if an edge has no room for one; `place` is a point of it then.
+std::optional<OutMesh> split_to_manifold(const Soup& soup, Arrangement& arrangement,
+                                         std::vector<OutFace>& faces, Vec3& place);
 
 }  // namespace genus::exact

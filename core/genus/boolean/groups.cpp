@@ -20,7 +20,7 @@ public:
     {
     }
 
-    std::optional<Solved> solve(const Soup& soup, BooleanFormula formula, Index n_operands)
+    std::optional<Solved> solve(const Soup& soup, const BooleanFormula& formula, Index n_operands)
     {
         find_long_lists(soup, formula, n_operands);
         const std::size_t n_faces = soup.faces.size();
@@ -32,24 +32,15 @@ public:
             at_once = true;
             if (!start.candidates.complete) start = look_over(soup, formula, n_operands);
         }
-        if (at_once)
-            return solve_whole(soup, frame_, formula, n_operands, options_, std::move(start),
-                               report_, place_);
-        start = {};
-        split_by_operand(soup, n_operands);
-        for (auto& [instruction, list, others] : lists_) {
-            if (!unite(list)) return std::nullopt;
-            auto& terms = formula.instructions[instruction].terms;
-            const bool negated = formula.instructions[instruction].is_intersection;
-            terms = std::move(others);
-            for (const Index i : list) terms.push_back({i, true, negated});
+        if (!at_once) {
+            start = {};
+            if (auto solved = solve_lists(soup, formula, n_operands)) return solved;
+            // What groups round on the way may be what cannot be written.
+            start = look_over(soup, formula, n_operands, kMostPairsAfterGroups);
+            if (!start.candidates.complete) return std::nullopt;
         }
-        ++report_.n_steps;
-        std::vector<Index> named;
-        renumber_operands(formula, named);
-        std::optional<Solved> solved = solve_together(named, formula, report_, place_);
-        if (solved) solved->saw_all = false;
-        return solved;
+        return solve_whole(soup, frame_, formula, n_operands, options_, std::move(start), report_,
+                           place_);
     }
 
 private:
@@ -57,6 +48,7 @@ private:
     // More pairs a face than this are not even listed; with fewer than that all is solved at once.
     static constexpr std::size_t kPairsToLookAt = 16;
     static constexpr std::size_t kPairsToCut = 3;
+    static constexpr std::size_t kMostPairsAfterGroups = 50'000'000;
     // If of what crosses more than this share is left in the end, groups save nothing.
     static constexpr double kMuchSurvives = 0.25;
 
@@ -109,6 +101,24 @@ private:
         };
         return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), is_left)) <=
                kPairsToCut * soup.faces.size();
+    }
+
+    std::optional<Solved> solve_lists(const Soup& soup, BooleanFormula formula, Index n_operands)
+    {
+        split_by_operand(soup, n_operands);
+        for (auto& [instruction, list, others] : lists_) {
+            if (!unite(list)) return std::nullopt;
+            auto& terms = formula.instructions[instruction].terms;
+            const bool negated = formula.instructions[instruction].is_intersection;
+            terms = std::move(others);
+            for (const Index i : list) terms.push_back({i, true, negated});
+        }
+        ++report_.n_steps;
+        std::vector<Index> named;
+        renumber_operands(formula, named);
+        std::optional<Solved> solved = solve_together(named, formula, report_, place_);
+        if (solved) solved->saw_all = false;
+        return solved;
     }
 
     std::optional<Solved> solve_together(const std::vector<Index>& numbers,
@@ -230,7 +240,8 @@ private:
         piece.faces = std::move(solved.faces);
         piece.given = std::move(solved.given);
         find_twins(piece.points.size(), piece.faces, piece.twin);
-        piece.crosses_itself = {0};
+        // Corners at one place have to be found again: in a plane they are one.
+        piece.crosses_itself = {static_cast<char>(solved.parts_touch)};
         return piece;
     }
 
@@ -271,11 +282,12 @@ private:
 
 }  // namespace
 
-std::optional<Solved> solve_in_groups(const Soup& soup, const Frame& frame, BooleanFormula formula,
-                                      std::int32_t n_operands, const MeshBooleanOptions& options,
-                                      MeshBooleanReport& report, Vec3& place)
+std::optional<Solved> solve_in_groups(const Soup& soup, const Frame& frame,
+                                      const BooleanFormula& formula, std::int32_t n_operands,
+                                      const MeshBooleanOptions& options, MeshBooleanReport& report,
+                                      Vec3& place)
 {
-    return InGroups(frame, options, report, place).solve(soup, std::move(formula), n_operands);
+    return InGroups(frame, options, report, place).solve(soup, formula, n_operands);
 }
 
 }  // namespace genus::exact

@@ -205,10 +205,12 @@ bool turned_by(const std::vector<char>& moved, const Solved& mesh, Index f, cons
     return sign(axis, mesh.points, t) == -before;
 }
 
-// The surface of a soup by formula, rounded.
-Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
-                  Index n_operands, InsideRule rule, bool merge_coplanar, Start start,
-                  Rounding& rounding, MeshBooleanReport& report)
+// The surface of a soup by formula, rounded. Nothing if it touches itself along an edge too short
+// to be two; `place` is a point of it then.
+std::optional<Solved> solve_once(const Soup& soup, const Frame& frame,
+                                 const BooleanFormula& formula, Index n_operands, InsideRule rule,
+                                 bool merge_coplanar, Start start, Rounding& rounding,
+                                 MeshBooleanReport& report, Vec3& place)
 {
     report.n_buried_faces += std::count(start.buried.begin(), start.buried.end(), 1);
     Arrangement arrangement = arrange(soup, std::move(start.candidates), std::move(start.buried));
@@ -220,7 +222,12 @@ Solved solve_once(const Soup& soup, const Frame& frame, const BooleanFormula& fo
     const Selection& selection = *found;
     auto faces = collect_faces(soup, arrangement, selection, merge_coplanar);
     const std::size_t n_exact = arrangement.points.size();
-    OutMesh mesh = split_to_manifold(soup, arrangement, faces);
+    std::optional<OutMesh> split = split_to_manifold(soup, arrangement, faces, place);
+    if (!split) {
+        place = frame.from_grid(place);
+        return std::nullopt;
+    }
+    OutMesh& mesh = *split;
 
     report.n_candidate_pairs += arrangement.n_candidate_pairs;
     report.n_contacts += arrangement.n_contacts;
@@ -323,19 +330,22 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
                                   MeshBooleanReport& report, Vec3& place)
 {
     Rounding rounding;
-    Solved solved = solve_once(soup, frame, formula, n_operands, InsideRule::NonZero,
-                               options.merge_coplanar, std::move(start), rounding, report);
-    const bool saw_all = solved.saw_all;
-    const std::vector<Index> touch_themselves = std::move(solved.touch_themselves);
+    std::optional<Solved> found =
+        solve_once(soup, frame, formula, n_operands, InsideRule::NonZero, options.merge_coplanar,
+                   std::move(start), rounding, report, place);
+    if (!found) return std::nullopt;
+    const bool saw_all = found->saw_all;
+    const std::vector<Index> touch_themselves = std::move(found->touch_themselves);
     std::size_t least_bad = std::numeric_limits<std::size_t>::max();
-    for (int round = 0;; ++round) {
+    for (int round = 0; found; ++round) {
+        Solved& solved = *found;
         Defects bad = find_collisions(solved, rounding.moved);
         if (bad.faces.empty()) bad.faces = find_turned_parts(solved, rounding);
         if (bad.faces.empty()) bad.faces = find_inverted_slivers(solved, rounding);
         if (bad.faces.empty()) {
             solved.saw_all = saw_all;
             solved.touch_themselves = touch_themselves;
-            return solved;
+            return found;
         }
         place = frame.from_grid(solved.points[solved.faces[bad.faces[0]][0]]);
         // Thin parts that break up into ever more are helped by a coarser grid only.
@@ -344,9 +354,10 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
         least_bad = std::min(least_bad, bad.faces.size());
         ++report.n_mended;
         Operand again = as_operand(solved, bad.pairs);
-        solved = solve_once(again.soup, frame, BooleanFormula::union_of(1), 1, InsideRule::Positive,
-                            options.merge_coplanar, std::move(again.start), rounding, report);
+        found = solve_once(again.soup, frame, BooleanFormula::union_of(1), 1, InsideRule::Positive,
+                           options.merge_coplanar, std::move(again.start), rounding, report, place);
     }
+    return std::nullopt;
 }
 
 }  // namespace genus::exact

@@ -6,6 +6,7 @@ namespace genus {
 namespace {
 
 using random_formulas::Outcome;
+using random_formulas::try_crowd;
 using random_formulas::try_formula;
 
 TEST(RandomFormulas, SoundAndAddingUp)
@@ -27,6 +28,14 @@ TEST(RandomFormulas, CasesThatWereWrong)
     // 102418: a tetrahedron that rounding turned inside out though no face of it turned over.
     for (const std::uint32_t seed : {30162u, 40480u, 78908u, 15032u, 51800u, 102418u}) {
         const Outcome outcome = try_formula(seed, false);
+        EXPECT_EQ(outcome.wrong + outcome.refused, "") << "seed " << seed;
+    }
+}
+
+TEST(RandomFormulas, CrowdsInGroupsMeanTheSame)
+{
+    for (std::uint32_t seed = 0; seed < 12; ++seed) {
+        const Outcome outcome = try_crowd(seed, seed == 0);
         EXPECT_EQ(outcome.wrong + outcome.refused, "") << "seed " << seed;
     }
 }
