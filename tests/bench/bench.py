@@ -1,4 +1,4 @@
-"""Genus and its peers side by side: start-up, and error against run time.
+"""Genus and its peers side by side: start-up, error against run time, a region of a large scene.
 
     python tests/bench/bench.py [--finest T] [--peers NAME ...] [--json FILE] [--plot FILE]
 
@@ -243,6 +243,31 @@ def start_up() -> dict[str, float]:
         }
 
 
+def region_of_scene(n: int = 100, side: int = 10) -> dict[str, float]:
+    """Processor seconds for n by n bored balls, no two alike, and for a box with side by side."""
+
+    def part(i: int, j: int) -> genus.Solid:
+        r = 0.3 + 0.1 * math.sin(1.0 + i + 0.37 * j)
+        bored = genus.sphere(r) - genus.cylinder(h=2, r=0.4 * r, center=True)
+        return bored.translate([i + 0.5, j + 0.5, 0])
+
+    scene = genus.union(*(part(i, j) for i in range(n) for j in range(n)))
+    low = (n - side) // 2
+    box = [[low, low, -1], [low + side, low + side, 1]]
+
+    def seconds(**options: Any) -> float:
+        start = time.process_time()
+        scene.mesh(0.02, measure=False, **options)
+        return time.process_time() - start
+
+    whole, region = seconds(), seconds(region=box)
+    return {
+        f"{n * n} parts": whole,
+        f"the {side * side} in a box": region,
+        "share": region / whole,
+    }
+
+
 def table(rows: list[dict[str, Any]]) -> str:
     """The sweep for people."""
     peers = [name for name in PEERS if name in rows[0]]
@@ -291,8 +316,12 @@ def main() -> int:
     print(columns(["what", "s"], [[name, f"{s:.3f}"] for name, s in times.items()]))
     print("error against run time")
     print(table(rows))
+    region = region_of_scene()
+    print("region of a scene, processor seconds")
+    print(columns(["what", "s"], [[name, f"{s:.3f}"] for name, s in region.items()]))
     if args.json:
-        Path(args.json).write_text(json.dumps({"start_up": times, "sweep": rows}, indent=2) + "\n")
+        data = {"start_up": times, "sweep": rows, "region": region}
+        Path(args.json).write_text(json.dumps(data, indent=2) + "\n")
     if args.plot:
         plot(rows, args.plot)
     return 0

@@ -86,6 +86,7 @@ struct Part {
 // through a point twice, where pieces touch that hang together elsewhere.
 std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& normal)
 {
+    if (points.size() == 3) return {{0, 1, 2}};
     std::vector<std::int32_t> ring(points.size());
     for (std::size_t i = 0; i < ring.size(); ++i) ring[i] = static_cast<std::int32_t>(i);
     const auto area = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
@@ -139,8 +140,9 @@ double diameter(const std::array<Vec3, 4>& p)
 {
     double most = 0.0;
     for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t j = i + 1; j < 4; ++j) most = std::max(most, distance(p[i], p[j]));
-    return most;
+        for (std::size_t j = i + 1; j < 4; ++j)
+            most = std::max(most, dot(p[j] - p[i], p[j] - p[i]));
+    return std::sqrt(most);
 }
 
 Box3 box_of(const std::array<Vec3, 4>& p)
@@ -317,6 +319,19 @@ private:
         if (n > kMaxCut)
             throw ToleranceNotMet("more than ten surfaces meet in one cell", 0.0,
                                   std::numeric_limits<double>::infinity(), {box_of(corners)});
+        const bool positive = dot(cross(corners[1] - corners[0], corners[2] - corners[0]),
+                                  corners[3] - corners[0]) > 0.0;
+        const CellArrangement cell(corners, std::move(rows), positive);
+        if (n == 1) {
+            signs_[surfaces[0]] = 1;
+            const Sign outside = f.sign(signs_);
+            signs_[surfaces[0]] = -1;
+            const bool turned = f.sign(signs_) > 0;
+            if (f.sign(signs_) == outside) return;
+            add_loop(cell, cell.cut_plane(0, {})[0].vertices, turned, 0, surfaces, codes, corners,
+                     part);
+            return;
+        }
         // inside[bits]: the formula where bit j says "outside surface j".
         std::vector<bool> inside(std::size_t{1} << n);
         for (std::size_t bits = 0; bits < inside.size(); ++bits) {
@@ -324,9 +339,6 @@ private:
                 signs_[surfaces[j]] = (bits >> j & 1) != 0 ? Sign{1} : Sign{-1};
             inside[bits] = f.sign(signs_) < 0;
         }
-        const bool positive = dot(cross(corners[1] - corners[0], corners[2] - corners[0]),
-                                  corners[3] - corners[0]) > 0.0;
-        const CellArrangement cell(corners, std::move(rows), positive);
         std::vector<OwnLoop> loops;
         for (std::size_t i = 0; i < n; ++i) {
             const std::size_t own = std::size_t{1} << i;
@@ -413,6 +425,9 @@ private:
     {
         std::vector<Vec3> points;
         std::vector<std::int32_t> numbers;
+        points.reserve(loop.size());
+        numbers.reserve(loop.size());
+        const double size = diameter(corners);
         for (const CellVertex& v : loop) {
             points.push_back(cell.position(v));
             VertexKey key{{kNoCorner, kNoCorner, kNoCorner, kNoCorner}, {-1, -1, -1}};
@@ -423,9 +438,9 @@ private:
             const auto [number, is_new] = part.keys.number(key);
             if (is_new) {
                 part.points.push_back(points.back());
-                part.cell_size.push_back(diameter(corners));
+                part.cell_size.push_back(size);
             } else {
-                part.cell_size[number] = std::min(part.cell_size[number], diameter(corners));
+                part.cell_size[number] = std::min(part.cell_size[number], size);
             }
             numbers.push_back(number);
         }

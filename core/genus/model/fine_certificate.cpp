@@ -29,6 +29,13 @@ public:
         offset_.assign(m_.mesh.n_vertices(), {0.0, 0.0});
         rounding_.assign(m_.mesh.n_vertices(), 0.0);
         first_offsets();
+        for (const int side : {0, 1}) {
+            corner_[side].resize(offset_.size());
+            value_[side].resize(offset_.size());
+        }
+        parallel_for(offset_.size(), 2048, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v) move(v);
+        });
     }
 
     // Returns the faces of the coarse mesh in which signs are missing in the end.
@@ -46,7 +53,10 @@ public:
                 for (const std::int32_t v : m_.mesh.faces[f]) moved[v] |= open[f];
             }
             for (std::size_t v = 0; v < moved.size(); ++v)
-                if (moved[v] != 0) any = widen(v, moved[v]) || any;
+                if (moved[v] != 0 && widen(v, moved[v])) {
+                    move(v);
+                    any = true;
+                }
             if (!any) break;
         }
         std::vector<std::int32_t> failed;
@@ -70,19 +80,18 @@ public:
         }
     }
 
-    IndexedMesh mesh(int side) const
-    {
-        IndexedMesh result = m_.mesh;
-        for (std::size_t v = 0; v < result.n_vertices(); ++v)
-            result.vertices[v] = corner(static_cast<std::int32_t>(v), side);
-        return result;
-    }
+    // Of N+ and N-.
+    const std::vector<Vec3>& vertices(int side) const { return corner_[side]; }
 
 private:
-    Vec3 corner(std::int32_t v, int side) const
+    void move(std::size_t v)
     {
-        const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
-        return m_.mesh.vertices[v] + step * fine_.direction[v];
+        const SurfaceForm& form = forms_[m_.surfaces_of_vertex[v][0]];
+        for (const int side : {0, 1}) {
+            const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
+            corner_[side][v] = m_.mesh.vertices[v] + step * fine_.direction[v];
+            value_[side][v] = form.value(corner_[side][v]);
+        }
     }
 
     double rounding_at(std::size_t v) const
@@ -140,6 +149,13 @@ private:
             std::vector<Sign> signs(forms_.size(), Sign{0});
             for (std::size_t part = begin; part < end; ++part) {
                 const SignFormula near = formula_near(part, signs);
+                if (near.constant() != 0) {
+                    for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1];
+                         ++f)
+                        open[f] = near.constant() < 0 ? 1 : 2;
+                    any = true;
+                    continue;
+                }
                 for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f) {
                     const Triangle& t = m_.mesh.faces[f];
                     if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
@@ -171,12 +187,35 @@ private:
     Sign sign_of(const Triangle& t, int side, const SignFormula& near,
                  std::vector<Sign>& signs) const
     {
-        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
-        for (const std::int32_t s : near.surfaces()) {
-            const Interval range = forms_[s].range(p);
-            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        for (const std::int32_t s : near.surfaces()) signs[s] = sign_of(t, side, s);
+        // Nearly everywhere one surface decides.
+        if (const SignFormula::Use use = near.uses()[0];
+            near.surfaces().size() == 1 && use.plain != use.negated) {
+            const Sign sign = signs[near.surfaces()[0]];
+            return use.plain ? sign : static_cast<Sign>(-sign);
         }
         return near.sign_by_cases(signs);
+    }
+
+    Sign sign_of(const Triangle& t, int side, std::int32_t s) const
+    {
+        const SurfaceForm& form = forms_[s];
+        std::array<double, 3> values;
+        for (std::size_t i = 0; i < 3; ++i)
+            values[i] = m_.surfaces_of_vertex[t[i]][0] == s ? value_[side][t[i]]
+                                                            : form.value(corner_[side][t[i]]);
+        const std::array<Vec3, 3> p{corner_[side][t[0]], corner_[side][t[1]], corner_[side][t[2]]};
+        if (form.is_quadratic()) {
+            // What is between the values at corners is a third of the largest bend at most.
+            const double a = form.bend(p[1] - p[0]), b = form.bend(p[2] - p[1]),
+                         c = form.bend(p[0] - p[2]);
+            const double below = std::max({0.0, a, b, c}) / 3.0 + 2.0 * form.slack(),
+                         above = std::max({0.0, -a, -b, -c}) / 3.0 + 2.0 * form.slack();
+            if (std::min({values[0], values[1], values[2]}) > below) return 1;
+            if (std::max({values[0], values[1], values[2]}) < -above) return -1;
+        }
+        const Interval range = form.range(p, values);
+        return range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
     }
 
     const FineMesh& fine_;
@@ -186,6 +225,9 @@ private:
     double tolerance_;
     std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
     std::vector<double> rounding_;
+    // Of N+ and N-: the vertices, and there the values of the first surface that each stands on.
+    std::array<std::vector<Vec3>, 2> corner_;
+    std::array<std::vector<double>, 2> value_;
 };
 
 // A vertex of each component.
@@ -205,23 +247,26 @@ std::vector<std::int32_t> one_of_each(const IndexedMesh& mesh)
 }
 
 // How often the mesh winds round p: faces left less faces entered on the way along x.
-int winding_number(const IndexedMesh& mesh, const Vec3& p)
+int winding_number(const std::vector<Vec3>& vertices, const std::vector<Triangle>& faces,
+                   const Vec3& p)
 {
-    IndexedMesh ahead;  // those the way may meet
-    ahead.vertices = mesh.vertices;
-    for (const Triangle& t : mesh.faces) {
-        Box3 box;
-        for (const std::int32_t v : t) box.add(mesh.vertices[v]);
-        if (box.max[0] >= p[0] && box.min[1] <= p[1] && p[1] <= box.max[1] && box.min[2] <= p[2] &&
-            p[2] <= box.max[2])
-            ahead.faces.push_back(t);
+    IndexedMesh ahead;  // the faces the way may meet, each with vertices of its own
+    for (const Triangle& t : faces) {
+        const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+        const auto beside = [&](std::size_t i) {
+            return std::max({a[i], b[i], c[i]}) < p[i] || std::min({a[i], b[i], c[i]}) > p[i];
+        };
+        if (beside(1) || beside(2) || std::max({a[0], b[0], c[0]}) < p[0]) continue;
+        const auto n = static_cast<std::int32_t>(ahead.vertices.size());
+        ahead.vertices.insert(ahead.vertices.end(), {a, b, c});
+        ahead.faces.push_back({n, n + 1, n + 2});
     }
     int number = 0;
     const MeshTree tree(ahead);
     for (const RayHit& hit : tree.ray_hits(p, {{1.0, 0.0, 0.0}})) {
         const Triangle& t = ahead.faces[hit.face];
         const auto flat = [&](std::int32_t v) {
-            return Vec2{{mesh.vertices[v][1], mesh.vertices[v][2]}};
+            return Vec2{{ahead.vertices[v][1], ahead.vertices[v][2]}};
         };
         number += orient2d(flat(t[0]), flat(t[1]), flat(t[2]));
     }
@@ -239,10 +284,10 @@ Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
     Offsets offsets(fine, formula, forms, tolerance - short_fibre);
     c.failed_faces = offsets.grow();
     if (c.failed_faces.empty()) {
-        const IndexedMesh outer = offsets.mesh(0), inner = offsets.mesh(1);
+        const std::vector<Triangle>& faces = fine.surface.mesh.faces;
         for (const std::int32_t v : one_of_each(coarse.mesh)) {
-            if (winding_number(outer, sandwich.inner.vertices[v]) == 1 &&
-                winding_number(inner, sandwich.outer.vertices[v]) == 0)
+            if (winding_number(offsets.vertices(0), faces, sandwich.inner.vertices[v]) == 1 &&
+                winding_number(offsets.vertices(1), faces, sandwich.outer.vertices[v]) == 0)
                 continue;
             c.failed_faces.resize(coarse.mesh.n_faces());
             std::iota(c.failed_faces.begin(), c.failed_faces.end(), 0);

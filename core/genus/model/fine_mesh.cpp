@@ -9,38 +9,28 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/sides.h"
+#include "genus/model/cut_face.h"
 
 namespace genus {
 
 namespace {
 
-constexpr double kEdgeShare = 0.85;      // of the tolerance, for the sagitta of an edge
-constexpr double kFaceShare = 0.96;      // the same for a face
-constexpr int kMostMiddles = 3;          // vertices put into the middle of a face, one in another
+constexpr double kEdgeShare = 0.75;      // of the tolerance, for the sagitta of an edge
+constexpr double kFaceShare = 0.99;      // the same for a face
 constexpr double kMostPieces = 1 << 22;  // of one edge
 constexpr double kLongestWay = 16.0;     // of a direction
-constexpr int kDeepest = 400;            // cuts of one face, each of a half
 
-struct Point {
-    Vec3 at, direction;
-    ShellPoints shell;
-};
+using Point = FinePoint;
 
-ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
+double room_for(const Vec3& direction)
 {
-    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
+    return std::min(1.0, 1.0 / norm(direction));
 }
 
 Vec3 outward(const std::vector<SurfaceForm>& forms, std::int32_t label, const Vec3& p)
 {
     const Vec3 g = normalized(forms[label >> 1].gradient(p));
     return (label & 1) != 0 ? -g : g;
-}
-
-// Pieces into which an edge of this sagitta must go; the sagitta falls with their square.
-double pieces_for(double sagitta, double limit)
-{
-    return std::max(1.0, std::ceil(std::sqrt(sagitta / limit)));
 }
 
 // The points between the ends of the edges of the coarse mesh.
@@ -99,7 +89,7 @@ public:
 
     Point at_vertex(std::int32_t v) const
     {
-        return {m_.mesh.vertices[v], direction_[v], shell_.at(v)};
+        return {m_.mesh.vertices[v], direction_[v], shell_.at(v), room_for(direction_[v])};
     }
     std::int64_t n_vertices() const { return first_.back(); }
     std::size_t n_edges() const { return points_.size(); }
@@ -202,7 +192,7 @@ private:
         const auto t = form.root_along(start, way);
         if (!t) return std::nullopt;
         const Vec3 p = form.straightened(start + *t * way);
-        return Point{p, outward(forms_, label, p), {}};
+        return Point{p, outward(forms_, label, p), {}, 1.0};
     }
 
     // Newton's method for the point of both surfaces in the plane through `start` across `along`:
@@ -239,7 +229,8 @@ private:
         const Vec3 m = outward(forms_, left, *p), n = outward(forms_, right, *p);
         const double together = 1.0 + dot(m, n);
         if (!(together * kLongestWay > 1.0)) return std::nullopt;
-        return Point{*p, (m + n) / together, {}};
+        const Vec3 way = (m + n) / together;
+        return Point{*p, way, {}, room_for(way)};
     }
 
     const SurfaceMesh& m_;
@@ -252,150 +243,6 @@ private:
     std::vector<std::int32_t> edge_of_side_;
     std::vector<std::vector<Point>> points_;
     std::vector<std::int64_t> first_;
-};
-
-// One face of the coarse mesh with its own vertices and faces; vertices of its border come first.
-class CutFace {
-public:
-    CutFace(const std::vector<SurfaceForm>& forms, std::int32_t label, double limit,
-            std::int64_t max_triangles)
-        : form_(forms[label >> 1]),
-          sign_((label & 1) != 0 ? -1.0 : 1.0),
-          limit_(limit),
-          max_triangles_(max_triangles)
-    {
-    }
-
-    // Vertices of the border, corner after corner, with the number of points on each side.
-    bool run(std::vector<Point>&& border, const std::array<std::int32_t, 3>& pieces)
-    {
-        points_ = std::move(border);
-        n_border_ = static_cast<std::int32_t>(points_.size());
-        std::array<Side, 3> sides;
-        std::int32_t at = 0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            sides[i].begin = static_cast<std::int32_t>(pool_.size());
-            sides[i].n = pieces[i];
-            for (std::int32_t k = 0; k <= pieces[i]; ++k) pool_.push_back((at + k) % n_border_);
-            at += pieces[i];
-        }
-        return fill(sides, 0);
-    }
-
-    std::vector<Point>& points() { return points_; }
-    std::vector<Triangle>& faces() { return faces_; }
-    std::vector<std::array<double, 2>>& distances() { return distances_; }
-    std::int32_t n_border() const { return n_border_; }
-
-private:
-    // Vertices pool_[begin] .. pool_[begin + n], or backwards from pool_[begin].
-    struct Side {
-        std::int32_t begin = 0, n = 1, step = 1;
-        std::int32_t at(const std::vector<std::int32_t>& pool, std::int32_t k) const
-        {
-            return pool[begin + step * k];
-        }
-        Side part(std::int32_t from, std::int32_t to) const
-        {
-            return {begin + step * from, to - from, step};
-        }
-        Side turned() const { return {begin + step * n, n, -step}; }
-    };
-
-    // Side i runs from corner i to the next.
-    bool fill(const std::array<Side, 3>& sides, int depth)
-    {
-        std::size_t most = 0;
-        for (std::size_t i = 1; i < 3; ++i)
-            if (sides[i].n > sides[most].n) most = i;
-        if (sides[most].n == 1) {
-            return add({sides[0].at(pool_, 0), sides[1].at(pool_, 0), sides[2].at(pool_, 0)}, 0);
-        }
-        if (depth == kDeepest) return false;
-        const Side cut = sides[most], next = sides[(most + 1) % 3], last = sides[(most + 2) % 3];
-        const std::int32_t half = cut.n / 2;
-        const std::size_t mark = pool_.size();
-        const auto inner = new_side(cut.at(pool_, half), last.at(pool_, 0));
-        if (!inner || !fill({cut.part(0, half), *inner, last}, depth + 1) ||
-            !fill({cut.part(half, cut.n), next, inner->turned()}, depth + 1))
-            return false;
-        pool_.resize(mark);
-        return true;
-    }
-
-    bool add(const Triangle& t, int middles)
-    {
-        const std::array<Vec3, 3> p{points_[t[0]].at, points_[t[1]].at, points_[t[2]].at};
-        const auto distance = own_distance(p);
-        double spread = 1.0;
-        for (const std::int32_t v : t) spread = std::max(spread, norm(points_[v].direction));
-        if (!(std::max(distance[0], distance[1]) * spread <= kFaceShare / kEdgeShare * limit_)) {
-            if (middles == kMostMiddles) return false;
-            const Point &a = points_[t[0]], &b = points_[t[1]], &c = points_[t[2]];
-            const auto middle =
-                on_surface((p[0] + p[1] + p[2]) / 3.0, a.direction + b.direction + c.direction,
-                           between(a.shell, between(b.shell, c.shell, 0.5), 2.0 / 3.0));
-            if (!middle) return false;
-            const std::int32_t m = *middle;
-            return add({t[0], t[1], m}, middles + 1) && add({t[1], t[2], m}, middles + 1) &&
-                   add({t[2], t[0], m}, middles + 1);
-        }
-        faces_.push_back(t);
-        distances_.push_back(distance);
-        return static_cast<std::int64_t>(faces_.size()) <= max_triangles_;
-    }
-
-    // How far the surface lies outside and inside of a face, about.
-    std::array<double, 2> own_distance(const std::array<Vec3, 3>& p) const
-    {
-        if (form_.is_plane()) return {0.0, 0.0};
-        const Interval r = form_.range(p);
-        const double g = norm(form_.gradient((p[0] + p[1] + p[2]) / 3.0));
-        const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
-        return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
-    }
-
-    // Number of the new vertex.
-    std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way,
-                                           const ShellPoints& shell)
-    {
-        const auto root = form_.root_along(start, way);
-        if (!root) return std::nullopt;
-        const Vec3 p = form_.straightened(start + *root * way);
-        points_.push_back({p, sign_ * normalized(form_.gradient(p)), shell});
-        return static_cast<std::int32_t>(points_.size()) - 1;
-    }
-
-    std::optional<Side> new_side(std::int32_t a, std::int32_t b)
-    {
-        const Point from = points_[a], to = points_[b];
-        const Vec3 middle = 0.5 * (from.at + to.at);
-        const double limit = limit_ / std::max({1.0, norm(from.direction), norm(to.direction)});
-        double pieces = 1.0;
-        if (!form_.is_plane()) pieces = pieces_for(form_.distance(middle), limit);
-        if (!(pieces <= kMostPieces)) return std::nullopt;
-        Side side{static_cast<std::int32_t>(pool_.size()), static_cast<std::int32_t>(pieces), 1};
-        pool_.push_back(a);
-        for (std::int32_t i = 1; i < side.n; ++i) {
-            const double t = static_cast<double>(i) / side.n;
-            const auto v = on_surface(from.at + t * (to.at - from.at),
-                                      from.direction + t * (to.direction - from.direction),
-                                      between(from.shell, to.shell, t));
-            if (!v) return std::nullopt;
-            pool_.push_back(*v);
-        }
-        pool_.push_back(b);
-        return side;
-    }
-
-    const SurfaceForm& form_;
-    double sign_, limit_;
-    std::int64_t max_triangles_;
-    std::vector<Point> points_;
-    std::vector<Triangle> faces_;
-    std::vector<std::array<double, 2>> distances_;
-    std::vector<std::int32_t> pool_;
-    std::int32_t n_border_ = 0;
 };
 
 // The fibre of the sandwich at each vertex, as long as its surfaces ask for; faces at vertices
@@ -472,22 +319,27 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
         }
     };
     parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+        CutFace cut(kFaceShare * tolerance, max_triangles);
+        std::vector<Point> border;
         for (std::size_t f = begin; f < end; ++f) {
             current_progress().check();
-            std::vector<Point> border;
+            border.clear();
             border_of(f, [&](std::int32_t, const Point& p) { border.push_back(p); });
             std::array<std::int32_t, 3> pieces;
             for (std::int32_t i = 0; i < 3; ++i)
                 pieces[i] = 1 + static_cast<std::int32_t>(
                                     edges.points(edges.edge(sides.first(f) + i)).size());
-            CutFace cut(forms, coarse.surface_of_face[f], limit, max_triangles);
-            if (!cut.run(std::move(border), pieces)) {
+            const std::int32_t label = coarse.surface_of_face[f];
+            bool any_curve = false;
+            for (std::int32_t i = 0; i < 3; ++i)
+                any_curve = any_curve || edges.surfaces(edges.edge(sides.first(f) + i))[1] >= 0;
+            if (!cut.run(forms[label >> 1], (label & 1) != 0, border, pieces, any_curve)) {
                 bad[f] = 1;
                 continue;
             }
             parts[f].inner.assign(cut.points().begin() + cut.n_border(), cut.points().end());
-            parts[f].faces = std::move(cut.faces());
-            parts[f].distances = std::move(cut.distances());
+            parts[f].faces = cut.faces();
+            parts[f].distances = cut.distances();
             n_triangles += static_cast<std::int64_t>(parts[f].faces.size());
             if (n_triangles > max_triangles)
                 throw ToleranceNotMet("mesh: more than max_triangles triangles are needed",

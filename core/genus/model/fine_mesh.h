@@ -24,7 +24,8 @@ struct FineMesh {
     /// The points of the shell from which each vertex came: on K- and K+, at the same place of the
     /// same face, but for rounding.
     std::vector<ShellPoints> shell;
-    /// How far the surface of each face may lie outside and inside of it, about.
+    /// How far the corners of each face are to move outward and inward for it to clear its surface,
+    /// about; those with a long `direction` have room for less.
     std::vector<std::array<double, 2>> distance;
     /// Faces `first_face[f] .. first_face[f + 1] - 1` are those of face f of the coarse mesh.
     std::vector<std::int64_t> first_face;
@@ -32,12 +33,11 @@ struct FineMesh {
     std::vector<std::int32_t> stuck;
 };
 
-/// Cuts a closed mesh, vertices on their surfaces, until edges are within 0.85 `tolerance` of
-/// theirs, less where the vectors `direction` are long. The number of points on an edge comes from
-/// its own sagitta, so neighbours agree; a face is cut from the middle of the edge with the most
-/// points to the opposite corner, the new edge again gets points by its sagitta, and so on: long
-/// faces where the surface is straight one way, and no more points than the curvature asks for. A
-/// face that is still too far from its surface gets a vertex in the middle.
+/// Cuts a closed mesh, vertices on their surfaces, so finely that its faces clear their surfaces
+/// when vertices move by almost `tolerance` (see CutFace). The number of points on an edge comes
+/// from its own sagitta, at most 0.75 `tolerance`, less where the vectors `direction` are long; so
+/// neighbours agree. On a sphere there are about 1.4 times as many faces as equilateral triangles
+/// with their corners on it would be.
 ///
 /// Directions at vertices of the coarse mesh are those of its sandwich. A face is stuck if a point
 /// cannot be put on its surface, or if surfaces at a corner have no common way out. Throws

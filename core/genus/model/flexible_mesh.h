@@ -37,6 +37,7 @@ public:
     std::size_t n_vertices() const { return points_.size(); }
     bool exists(std::int32_t v) const { return out_[v] >= 0; }
     const Vec3& point(std::int32_t v) const { return points_[v]; }
+    void move(std::int32_t v, const Vec3& p) { points_[v] = p; }
     double cell_size(std::int32_t v) const { return size_[v]; }
     const std::array<std::int32_t, 3>& surfaces(std::int32_t v) const { return surfaces_[v]; }
     /// Whether the mesh touches itself at a vertex, see SurfaceMesh::touch_of_vertex.

@@ -26,6 +26,7 @@
 #include "genus/model/solid_field.h"
 #include "genus/model/stage_clock.h"
 #include "genus/model/surface_form.h"
+#include "genus/model/widen.h"
 
 namespace genus {
 
@@ -49,6 +50,7 @@ constexpr std::int64_t kMostFunctionCells = 400'000;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
+constexpr double kWideShare = 0.5;     // of that, between a face made wide and its surface
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
@@ -232,13 +234,20 @@ private:
     // before and `trouble_` says where cells should be finer.
     bool cut_within_sandwich(SurfaceMesh& surface)
     {
-        const double width = kSandwichWidth * cube_.diagonal();
-        SurfaceMesh coarse = surface;
-        make_coarse(coarse, width);
+        SurfaceMesh settled = surface;
+        settle_all(settled, forms_, kUnsettled * result_.tolerance);
+        // The wider the faces the fewer they are in the end; of smaller ones more can be proven.
+        for (const bool wide : {true, false})
+            if (cut_within_sandwich(coarse_mesh(settled, wide), surface)) return true;
+        return false;
+    }
+
+    bool cut_within_sandwich(const SurfaceMesh& coarse, SurfaceMesh& surface)
+    {
         clock_.end("refine");
         Sandwich sandwich;
         double short_fibre = 0.0;
-        Certificate c = prove(coarse, width, sandwich, short_fibre);
+        Certificate c = prove(coarse, sandwich_width(), sandwich, short_fibre);
         clock_.end("certify");
         if (c.n_failed > 0 || !c.failed_faces.empty()) {
             note_trouble(coarse, c);
@@ -270,6 +279,8 @@ private:
         return true;
     }
 
+    double sandwich_width() const { return kSandwichWidth * cube_.diagonal(); }
+
     // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, thick.
     Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich,
                       double& short_fibre) const
@@ -290,15 +301,15 @@ private:
         return c;
     }
 
-    // All vertices on their surfaces, and curves flat beside the faces along them.
-    void make_coarse(SurfaceMesh& coarse, double width) const
+    // With curves flat beside the faces along them.
+    SurfaceMesh coarse_mesh(const SurfaceMesh& settled, bool wide) const
     {
-        settle_all(coarse, forms_, kUnsettled * result_.tolerance);
-        FlexibleMesh mesh(std::move(coarse));
+        FlexibleMesh mesh{SurfaceMesh(settled)};
+        if (wide) widen(mesh, forms_, kWideShare * sandwich_width());
         std::vector<double> factors;
-        subdivide(mesh, forms_, kEdgeShare * width, factors, options_.max_triangles,
+        subdivide(mesh, forms_, kEdgeShare * sandwich_width(), factors, options_.max_triangles,
                   {kCreaseShare, kFlatCrease * result_.tolerance});
-        coarse = mesh.release();
+        return mesh.release();
     }
 
     bool passes(const SurfaceMesh& mesh, const Certificate& c)

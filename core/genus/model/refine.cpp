@@ -8,7 +8,9 @@
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
+#include "genus/model/changes.h"
 #include "genus/model/fans.h"
+#include "genus/model/shaper.h"
 
 namespace genus {
 
@@ -77,138 +79,9 @@ std::int64_t settle(SurfaceMesh& surface, const std::vector<SurfaceForm>& forms)
 
 namespace {
 
-constexpr double kShortEdge = 0.35;    // of the cell size
-constexpr double kLongEdge = 1.5;      // a collapse makes no edge longer than this
-constexpr double kNormalCosine = 0.6;  // between a face and the exact normals at its corners
-constexpr double kGoodShape = 0.1;     // height over longest side
-constexpr double kLeastShape = 0.02;   // a new vertex does not make faces thinner than this
+constexpr double kShortEdge = 0.35;   // of the cell size
+constexpr double kLeastShape = 0.02;  // a new vertex does not make faces thinner than this
 constexpr int kCoarsenRounds = 8;
-
-class Shaper {
-public:
-    Shaper(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms) : m_(mesh), forms_(forms) {}
-
-    struct Shape {
-        double height_ratio;  // smallest height over longest side
-        bool faces_right;     // the normal agrees with the exact ones
-    };
-    Shape shape(const Vec3& a, const Vec3& b, const Vec3& c, std::int32_t label) const
-    {
-        const Vec3 n = cross(b - a, c - a);
-        const double area = norm(n);
-        const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
-        const SurfaceForm& form = forms_[label >> 1];
-        const double turn = (label & 1) != 0 ? -1.0 : 1.0;
-        bool right = area > 0.0;
-        const int n_checks = form.is_plane() ? 1 : 3;
-        const std::array<const Vec3*, 3> corners{&a, &b, &c};
-        for (int i = 0; i < n_checks && right; ++i) {
-            const Vec3 g = form.gradient(*corners[i]);
-            right = turn * dot(n, g) >= kNormalCosine * area * norm(g);
-        }
-        return {longest > 0.0 ? area / longest : 0.0, right};
-    }
-
-    Shape face_shape(std::int32_t s) const
-    {
-        return shape(m_.point(m_.from(s)), m_.point(m_.to(s)), m_.point(m_.apex(s)), m_.label(s));
-    }
-
-    double length(std::int32_t s) const
-    {
-        return distance(m_.point(m_.from(s)), m_.point(m_.to(s)));
-    }
-
-    // May the origin of s go to its end? Inside a face always, along a curve on the curve only.
-    bool kind_allows(std::int32_t s) const
-    {
-        const int n = m_.n_creases(m_.from(s));
-        return n == 0 || (n == 2 && m_.is_crease(s));
-    }
-
-    // Where the mesh touches itself all edges at one place go together, or none.
-    bool try_collapse(std::int32_t s)
-    {
-        if (!m_.touches(m_.from(s))) {
-            if (!may_collapse(s)) return false;
-            m_.collapse(s);
-            return true;
-        }
-        const std::vector<std::int32_t> edges = m_.coincident(s);
-        if (!m_.can_collapse_together(edges)) return false;
-        for (const std::int32_t e : edges)
-            if (!may_collapse(e)) return false;
-        for (const std::int32_t e : edges) m_.collapse(e);
-        return true;
-    }
-
-    bool may_collapse(std::int32_t s) const
-    {
-        if (!kind_allows(s) || !m_.can_collapse(s)) return false;
-        const std::int32_t a = m_.from(s), b = m_.to(s);
-        const double limit = kLongEdge * std::max(m_.cell_size(a), m_.cell_size(b));
-        double before = 1.0, after = 1.0;
-        bool right_before = true, right_after = true, too_long = false;
-        m_.visit_ring(a, [&](std::int32_t x) {
-            const Shape old = face_shape(x);
-            before = std::min(before, old.height_ratio);
-            right_before = right_before && old.faces_right;
-            if (m_.to(x) == b || m_.apex(x) == b) return;
-            too_long = too_long || distance(m_.point(b), m_.point(m_.to(x))) > limit;
-            const Shape now =
-                shape(m_.point(b), m_.point(m_.to(x)), m_.point(m_.apex(x)), m_.label(x));
-            after = std::min(after, now.height_ratio);
-            right_after = right_after && now.faces_right;
-        });
-        if (too_long || (right_before && !right_after)) return false;
-        return after >= std::min(before, kGoodShape);
-    }
-
-    // Removes the vertex into that neighbour which leaves the best shapes, none of them turned.
-    bool try_drop(std::int32_t v)
-    {
-        if (m_.touches(v)) return false;
-        double best = 1e-4;  // thinner faces are worse than a vertex that is off
-        std::int32_t chosen = -1;
-        m_.visit_ring(v, [&](std::int32_t s) {
-            if (!kind_allows(s) || !m_.can_collapse(s)) return;
-            const std::int32_t b = m_.to(s);
-            double worst = 1.0;
-            m_.visit_ring(v, [&](std::int32_t x) {
-                if (m_.to(x) == b || m_.apex(x) == b) return;
-                const Shape now =
-                    shape(m_.point(b), m_.point(m_.to(x)), m_.point(m_.apex(x)), m_.label(x));
-                worst = std::min(worst, now.faces_right ? now.height_ratio : 0.0);
-            });
-            if (worst <= best) return;
-            best = worst;
-            chosen = s;
-        });
-        if (chosen < 0) return false;
-        m_.collapse(chosen);
-        return true;
-    }
-
-    // Flips an edge inside a face if the worse of its two triangles gets better by it.
-    bool try_flip(std::int32_t s, double gain)
-    {
-        if (m_.is_crease(s)) return false;
-        const std::int32_t t = m_.twin(s);
-        const Shape p = face_shape(s), q = face_shape(t);
-        const double before = std::min(p.height_ratio, q.height_ratio);
-        const Vec3 &a = m_.point(m_.from(s)), &b = m_.point(m_.to(s));
-        const Vec3 &c = m_.point(m_.apex(s)), &d = m_.point(m_.apex(t));
-        const Shape r = shape(d, c, a, m_.label(s)), u = shape(c, d, b, m_.label(s));
-        if (!r.faces_right || !u.faces_right) return false;
-        const bool rights = !p.faces_right || !q.faces_right;
-        if (!rights && std::min(r.height_ratio, u.height_ratio) <= gain * before) return false;
-        return m_.flip(s);
-    }
-
-protected:
-    FlexibleMesh& m_;
-    const std::vector<SurfaceForm>& forms_;
-};
 
 // Sides, one an edge, that are short beside their cells, the shortest first.
 std::vector<std::int32_t> short_edges(const FlexibleMesh& m, const Shaper& shaper)
@@ -490,19 +363,28 @@ void join_coincident(FlexibleMesh& mesh, const Shaper& shaper)
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
 {
     Shaper shaper(mesh, forms);
+    Changes changes(mesh);
     for (int round = 0; round < kCoarsenRounds; ++round) {
         current_progress().check();
         std::int64_t done = 0;
         for (const std::int32_t s : short_edges(mesh, shaper)) {
-            if (!mesh.alive(s)) continue;
+            if (!mesh.alive(s) || !changes.at_edge(s)) continue;
             if (shaper.length(s) >
                 kShortEdge * std::min(mesh.cell_size(mesh.from(s)), mesh.cell_size(mesh.to(s))))
                 continue;
-            done += shaper.try_collapse(s) || shaper.try_collapse(mesh.twin(s));
+            const std::int32_t a = mesh.from(s), b = mesh.to(s);
+            if (!shaper.try_collapse(s) && !shaper.try_collapse(mesh.twin(s))) continue;
+            changes.note_collapse(a, b);
+            ++done;
         }
-        for (std::int32_t s = 0; s < mesh.n_sides(); ++s)
-            if (mesh.alive(s) && mesh.twin(s) > s) done += shaper.try_flip(s, 1.3);
+        for (std::int32_t s = 0; s < mesh.n_sides(); ++s) {
+            if (!mesh.alive(s) || mesh.twin(s) < s || !changes.round_edge(s)) continue;
+            if (!shaper.try_flip(s, 1.3)) continue;
+            changes.note_flip(s);
+            ++done;
+        }
         if (done == 0) return;
+        changes.next_round();
     }
 }
 

@@ -128,7 +128,13 @@ const Tables<N>& tables()
     return instance;
 }
 
-// Bernstein coefficients from the values at corners and edge midpoints.
+double bend_of(const std::array<double, 10>& c, const Vec3& e)
+{
+    const double x = e[0], y = e[1], z = e[2];
+    return x * (c[4] * x + c[7] * y + c[8] * z) + y * (c[5] * y + c[9] * z) + c[6] * z * z;
+}
+
+// Bernstein coefficients from the values at corners and the bends of edges.
 template <std::size_t N>
 std::array<double, Tables<N>::kPairs> coefficients(const std::array<double, 10>& c,
                                                    const std::array<Vec3, N>& p)
@@ -140,7 +146,7 @@ std::array<double, Tables<N>::kPairs> coefficients(const std::array<double, 10>&
     for (std::size_t i = 0; i < N; ++i) {
         b[n++] = corner[i];
         for (std::size_t j = i + 1; j < N; ++j)
-            b[n++] = 2.0 * evaluate(c, 0.5 * (p[i] + p[j])) - 0.5 * (corner[i] + corner[j]);
+            b[n++] = 0.5 * (corner[i] + corner[j] - bend_of(c, p[j] - p[i]));
     }
     return b;
 }
@@ -165,27 +171,31 @@ std::array<double, Tables<N>::kQuartic> torus_coefficients(const std::array<doub
 Interval exact_range(const std::array<double, 6>& b)
 {
     // b: 00, 01, 02, 11, 12, 22.
-    const std::array<double, 3> corner{b[0], b[3], b[5]}, middle{b[4], b[2], b[1]};
-    Interval range(corner[0]);
+    Interval range(std::min({b[0], b[3], b[5]}), std::max({b[0], b[3], b[5]}));
     const auto add = [&range](double x) {
         range.lo = std::min(range.lo, x);
         range.hi = std::max(range.hi, x);
     };
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double p = corner[i], q = corner[(i + 1) % 3], m = middle[(i + 2) % 3];
-        add(p);
-        // p (1-t)^2 + 2 m t (1-t) + q t^2
-        const double den = p - 2.0 * m + q, t = (p - m) / den;
-        if (t > 0.0 && t < 1.0) add(p + t * (2.0 * (m - p) + t * den));
-    }
     // With weights u, v of corners 1 and 2: b00 + 2 u g1 + 2 v g2 + u^2 h11 + 2 u v h12 + v^2 h22.
     const double g1 = b[1] - b[0], g2 = b[2] - b[0];
     const double h11 = b[0] - 2.0 * b[1] + b[3], h22 = b[0] - 2.0 * b[2] + b[5];
     const double h12 = b[0] - b[1] - b[2] + b[4];
     const double det = h11 * h22 - h12 * h12;
     const double u = (h12 * g2 - h22 * g1) / det, v = (h12 * g1 - h11 * g2) / det;
-    if (u > 0.0 && v > 0.0 && u + v < 1.0)
+    if (u > 0.0 && v > 0.0 && u + v < 1.0) {
         add(b[0] + u * (2.0 * g1 + u * h11 + 2.0 * v * h12) + v * (2.0 * g2 + v * h22));
+        // Bent one way only, it is extreme the other way at corners.
+        constexpr double kWellBent = 1e-12;
+        if (det > kWellBent * h11 * h22) return range;
+    }
+    const auto add_side = [&add](double p, double m, double q) {
+        // p (1-t)^2 + 2 m t (1-t) + q t^2
+        const double from = p - m, to = q - m;
+        if (from * to > 0.0) add(p - from * from / (from + to));
+    };
+    add_side(b[0], b[1], b[3]);
+    add_side(b[3], b[4], b[5]);
+    add_side(b[5], b[2], b[0]);
     return range;
 }
 
@@ -225,6 +235,17 @@ Interval hull_of(const Coefficients& b, double scale, double slack)
 }
 
 }  // namespace
+
+double most_between(const std::array<double, 3>& k)
+{
+    const double largest = std::max({0.0, k[0], k[1], k[2]}), on_edge = 0.25 * largest;
+    const double sum = k[0] + k[1] + k[2];
+    if (!(std::min({k[0], k[1], k[2]}) > 0.0 && 2.0 * largest < sum)) return on_edge;
+    const double products = k[0] * k[1] + k[1] * k[2] + k[2] * k[0];
+    const double inside = k[0] * k[1] * k[2] / (4.0 * products - sum * sum);
+    // A third bounds it in any case, so thin triangles lose nothing by rounding.
+    return std::max(on_edge, std::min(largest / 3.0, inside));
+}
 
 SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
     : kind_(surface.kind), function_(surface.function), origin_(box.center())
@@ -337,22 +358,60 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
         const std::array<double, 3> b{evaluate(q_, p[0]), evaluate(q_, p[1]), evaluate(q_, p[2])};
         return hull_of(b, 1.0, slack_);
     }
-    if (kind_ == Surface::Kind::Quadric) {
-        const auto b = coefficients<3>(q_, p);
-        const Interval hull = hull_of(b, 1.0, slack_);
-        if (hull.lo > 0.0 || hull.hi < 0.0) return hull;
-        // Where the critical point comes out wrong by e of the simplex, the value does by e^2 of
-        // the spread; where the equations are too close to singular for that, the hull stands.
-        const Interval range = exact_range(b);
-        const double margin = slack_ + 1e-9 * (hull.hi - hull.lo);
-        return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
-    }
+    if (kind_ == Surface::Kind::Quadric)
+        return range(triangle, {evaluate(q_, p[0]), evaluate(q_, p[1]), evaluate(q_, p[2])});
     const Interval hull = hull_of(torus_coefficients<3>(s_, t_, p), scale_, slack_);
     if (hull.lo > 0.0 || hull.hi < 0.0) return hull;
     const Interval range = torus_range(s_, t_, p);
     const double margin = slack_ + 1e-9 * (hull.hi - hull.lo);
     return {std::max(hull.lo, scale_ * range.lo - margin),
             std::min(hull.hi, scale_ * range.hi + margin)};
+}
+
+Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle,
+                            const std::array<double, 3>& values) const
+{
+    if (!is_quadratic()) return range(triangle);
+    const Interval r = range_from(values, triangle);
+    return {r.lo - slack_, r.hi + slack_};
+}
+
+Interval SurfaceForm::deviation(const std::array<Vec3, 3>& triangle) const
+{
+    if (is_plane()) return {0.0, 0.0};
+    if (!is_quadratic()) {
+        const std::array<double, 3> at{value(triangle[0]), value(triangle[1]), value(triangle[2])};
+        const auto [lo, hi] = std::minmax_element(at.begin(), at.end());
+        const Interval all = range(triangle);
+        return {all.lo - *hi, all.hi - *lo};
+    }
+    const std::array<double, 3> k{bend(triangle[1] - triangle[0]), bend(triangle[2] - triangle[1]),
+                                  bend(triangle[0] - triangle[2])};
+    return {-most_between(k), most_between({-k[0], -k[1], -k[2]})};
+}
+
+Interval SurfaceForm::range_from(const std::array<double, 3>& values,
+                                 const std::array<Vec3, 3>& triangle, double times) const
+{
+    const auto [lo, hi] = std::minmax_element(values.begin(), values.end());
+    if (is_plane()) return {*lo, *hi};
+    if (!is_quadratic()) {
+        const Interval r = deviation(triangle) * times;
+        return {*lo + r.lo, *hi + r.hi};
+    }
+    const double k01 = times * bend(triangle[1] - triangle[0]),
+                 k02 = times * bend(triangle[2] - triangle[0]),
+                 k12 = times * bend(triangle[2] - triangle[1]);
+    const std::array<double, 6> b{
+        values[0], 0.5 * (values[0] + values[1] - k01), 0.5 * (values[0] + values[2] - k02),
+        values[1], 0.5 * (values[1] + values[2] - k12), values[2]};
+    const Interval hull = hull_of(b, 1.0, 0.0);
+    const double margin = 1e-9 * (hull.hi - hull.lo);
+    if (hull.lo > margin || hull.hi < -margin) return hull;
+    // Where the critical point comes out wrong by e of the simplex, the value does by e^2 of the
+    // spread.
+    const Interval range = exact_range(b);
+    return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
 }
 
 Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
@@ -415,10 +474,8 @@ std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& directi
     double t = 0.0;
     if (is_quadratic()) {
         // F(p + t d) = f + g t + h t^2; the root nearest to 0 without cancellation.
-        Quadratic second = q_;
-        std::fill(second.begin(), second.begin() + 4, 0.0);
         const double f = value(p), g = dot(gradient(p), direction);
-        const double h = evaluate(second, direction);
+        const double h = bend(direction);
         const double discriminant = g * g - 4.0 * f * h;
         if (!(discriminant >= 0.0)) return std::nullopt;
         const double sum = g + std::copysign(std::sqrt(discriminant), g);

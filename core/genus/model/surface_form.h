@@ -27,6 +27,18 @@ public:
     SurfaceForm(const Surface& surface, const Box3& box);
 
     bool is_plane() const { return kind_ == Surface::Kind::Plane; }
+    /// Whether F is a polynomial of degree two at most.
+    bool is_quadratic() const
+    {
+        return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
+    }
+    /// What is quadratic in a quadratic F along a step: F(p + e) = F(p) + gradient(p).e + bend(e).
+    double bend(const Vec3& e) const
+    {
+        const double x = e[0], y = e[1], z = e[2];
+        return x * (q_[4] * x + q_[7] * y + q_[8] * z) + y * (q_[5] * y + q_[9] * z) +
+               q_[6] * z * z;
+    }
     double value(const Vec3& p) const;
     Vec3 gradient(const Vec3& p) const;
     /// A point of a plane across an axis, with that coordinate as the plane has it: Newton's method
@@ -40,7 +52,16 @@ public:
     double distance(const Vec3& p) const { return std::fabs(value(p)) / norm(gradient(p)); }
     /// Holds F over the convex hull of three or four points.
     Interval range(const std::array<Vec3, 3>& triangle) const;
+    /// The same where the values at the corners are known.
+    Interval range(const std::array<Vec3, 3>& triangle, const std::array<double, 3>& values) const;
     Interval range(const std::array<Vec3, 4>& tet) const;
+    /// Holds the difference between F and the linear function with its values at the corners; of a
+    /// quadratic it is exact, but for rounding far below that of `range`.
+    Interval deviation(const std::array<Vec3, 3>& triangle) const;
+    /// The range over a triangle of a function that has these values at its corners and deviates
+    /// from linear as `times` F does: of a quadratic exact, but for rounding.
+    Interval range_from(const std::array<double, 3>& values, const std::array<Vec3, 3>& triangle,
+                        double times = 1.0) const;
     /// Holds F over the convex hull of any points.
     Interval range(std::span<const Vec3> hull) const;
     /// A lower bound, rounding covered, of the rate at which F grows along `direction` at points
@@ -62,10 +83,6 @@ private:
     // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
     using Quadratic = std::array<double, 10>;
 
-    bool is_quadratic() const
-    {
-        return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
-    }
     Interval mean_range(std::span<const Vec3> hull) const;
     void note_axis(const std::array<double, 10>& polynomial);
 
@@ -81,6 +98,12 @@ private:
     double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
 };
+
+/// The most of the sum of k_ij b_i b_j over pairs i < j, b barycentric in a triangle with a
+/// quadratic form k_ij on its edges. Where the form is the square of a length, that is the square
+/// of half the longest edge or, if all angles are acute, of the radius of the circle through the
+/// corners; any other form has its most on an edge.
+double most_between(const std::array<double, 3>& k);
 
 /// The shortest d with normal_i . d >= demand_i for all i, or nothing if there is none (or none
 /// shorter than 1000). Up to a few dozen constraints; enumerates the up to three that bind.

@@ -1,0 +1,440 @@
+#include "genus/model/cut_face.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace genus {
+
+namespace {
+
+constexpr double kMostPieces = 1 << 22;  // of one side
+constexpr int kDeepest = 400;            // cuts of one face, each of a half
+constexpr int kMostAttempts = 12;        // at a side
+constexpr std::size_t kMostMends = 64;   // and a quarter of the faces
+constexpr double kTooFar = -1.0;
+
+// Lengths are in radii of the largest circle whose points are within the limit of its plane.
+constexpr double kLongestChord = 1.97;
+constexpr double kPiece = 1.86;    // of a new side
+constexpr double kStretch = 1.03;  // of its longest piece, beside that
+constexpr double kSpare = 0.02;    // of a piece, before a side gets one more
+constexpr double kThin = 1.0;      // height of a face that is cut in one strip
+constexpr double kRound = 0.4;     // of an equilateral triangle, for a lattice
+constexpr double kRadius = 0.98;   // of the circles round the triangles of a lattice
+constexpr double kMostOfLattice = 1 << 14;
+// Where these are measured: the weights of two corners.
+constexpr std::array<std::array<double, 2>, 4> kSamples{
+    {{1.0 / 3.0, 1.0 / 3.0}, {0.2, 0.2}, {0.6, 0.2}, {0.2, 0.6}}};
+
+double squared(const Vec3& v)
+{
+    return dot(v, v);
+}
+
+}  // namespace
+
+ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
+{
+    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
+}
+
+double pieces_for(double sagitta, double limit)
+{
+    return std::max(1.0, std::ceil(std::sqrt(sagitta / limit)));
+}
+
+CutFace::CutFace(double limit, std::int64_t max_triangles)
+    : limit_(limit), max_triangles_(max_triangles)
+{
+}
+
+bool CutFace::run(const SurfaceForm& form, bool turned, const std::vector<FinePoint>& border,
+                  const std::array<std::int32_t, 3>& pieces, bool any_curve)
+{
+    form_ = &form;
+    sign_ = turned ? -1.0 : 1.0;
+    any_curve_ = any_curve;
+    points_ = border;
+    n_border_ = static_cast<std::int32_t>(points_.size());
+    for (const bool in_halves : {false, true}) {
+        points_.resize(static_cast<std::size_t>(n_border_));
+        faces_.clear();
+        distances_.clear();
+        too_far_.clear();
+        pool_.clear();
+        turned_over_ = false;
+        only_halves_ = in_halves;
+        std::array<Side, 3> sides;
+        std::int32_t at = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            sides[i].begin = static_cast<std::int32_t>(pool_.size());
+            sides[i].n = pieces[i];
+            for (std::int32_t k = 0; k <= pieces[i]; ++k) pool_.push_back((at + k) % n_border_);
+            at += pieces[i];
+        }
+        if (fill(sides, 0) && mend()) return true;
+    }
+    return false;
+}
+
+// Side i runs from corner i to the next.
+bool CutFace::fill(const std::array<Side, 3>& sides, int depth)
+{
+    std::size_t most = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+        if (sides[i].n > sides[most].n) most = i;
+    if (sides[most].n == 1) {
+        add({sides[0].at(pool_, 0), sides[1].at(pool_, 0), sides[2].at(pool_, 0)});
+        return true;
+    }
+    if (too_many()) return false;
+    if (only_halves_) return fill_halves(sides, most, depth);
+    const MetricShape shape = metric_shape(sides);
+    if (shape.height < kThin) {
+        fill_thin(sides, most);
+        return true;
+    }
+    if (const std::int64_t n = lattice_for(sides, shape); n > 0)
+        return n * n <= max_triangles_ && fill_lattice(sides, static_cast<std::int32_t>(n));
+    return fill_halves(sides, most, depth);
+}
+
+// Of the triangle that has sides as long as the chords are by their sagitta.
+CutFace::MetricShape CutFace::metric_shape(const std::array<Side, 3>& sides) const
+{
+    std::array<double, 3> k{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3 &a = points_[sides[i].at(pool_, 0)].at,
+                   &b = points_[sides[i].at(pool_, sides[i].n)].at;
+        if (!form_->is_plane()) k[i] = 4.0 * form_->distance(0.5 * (a + b)) / limit_;
+    }
+    const double sum = k[0] + k[1] + k[2], longest = std::max({k[0], k[1], k[2]});
+    const double area16 = 4.0 * (k[0] * k[1] + k[1] * k[2] + k[2] * k[0]) - sum * sum;
+    MetricShape shape;
+    if (area16 > 0.0 && longest > 0.0) shape.height = 0.5 * std::sqrt(area16 / longest);
+    shape.is_round = 3.0 * area16 > kRound * kRound * sum * sum;
+    shape.radius = std::sqrt(most_between(k));
+    return shape;
+}
+
+bool CutFace::fill_halves(const std::array<Side, 3>& sides, std::size_t most, int depth)
+{
+    if (depth == kDeepest) return false;
+    const Side cut = sides[most], next = sides[(most + 1) % 3], last = sides[(most + 2) % 3];
+    const std::int32_t half = cut.n / 2;
+    const std::size_t mark = pool_.size();
+    const auto inner = new_side(cut.at(pool_, half), last.at(pool_, 0), kPiece);
+    if (!inner || !fill({cut.part(0, half), *inner, last}, depth + 1) ||
+        !fill({cut.part(half, cut.n), next, inner->turned()}, depth + 1))
+        return false;
+    pool_.resize(mark);
+    return true;
+}
+
+// In radii of the largest circle whose points are within the limit of its plane: between offsets
+// r^2 and s^2 at its ends a chord may have the length r + s.
+double CutFace::chord_length(std::int32_t a, std::int32_t b) const
+{
+    if (form_->is_plane()) return 0.0;
+    const FinePoint &p = points_[a], &q = points_[b];
+    const double length = 2.0 * std::sqrt(form_->distance(0.5 * (p.at + q.at)) / limit_);
+    if (p.room == 1.0 && q.room == 1.0) return length;
+    return 2.0 * length / (std::sqrt(p.room) + std::sqrt(q.room));
+}
+
+// Pieces on a side of the regular lattice to be used, 0 if there is none. Lengths grow where a flat
+// face is projected onto its surface, most in its middle.
+std::int32_t CutFace::lattice_for(const std::array<Side, 3>& sides, const MetricShape& shape) const
+{
+    if (!shape.is_round || std::min({sides[0].n, sides[1].n, sides[2].n}) < 2) return 0;
+    const double n = shape.radius;
+    if (!(n <= kMostOfLattice)) return 0;
+    double longest = 0.0;
+    for (const auto& [u, v] : kSamples) {
+        const auto length = lattice_radius(sides, u, v, 1.0 / std::max(n, 3.0));
+        if (!length) return 0;
+        longest = std::max(longest, *length);
+    }
+    const double pieces = std::ceil(std::max(n, std::max(n, 3.0) * longest / kRadius) - kSpare);
+    return pieces >= 3.0 ? static_cast<std::int32_t>(pieces) : 0;
+}
+
+// The radius of a triangle of a lattice with this step, round the place with weights u and v of the
+// second and third corner.
+std::optional<double> CutFace::lattice_radius(const std::array<Side, 3>& sides, double u, double v,
+                                              double step) const
+{
+    const FinePoint &a = points_[sides[0].at(pool_, 0)], &b = points_[sides[1].at(pool_, 0)],
+                    &c = points_[sides[2].at(pool_, 0)];
+    std::array<Vec3, 3> p;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double x = u + step * ((i == 1 ? 1.0 : 0.0) - 1.0 / 3.0),
+                     y = v + step * ((i == 2 ? 1.0 : 0.0) - 1.0 / 3.0);
+        p[i] = a.at + x * (b.at - a.at) + y * (c.at - a.at);
+        const Vec3 way =
+            a.direction + x * (b.direction - a.direction) + y * (c.direction - a.direction);
+        const auto t = form_->root_along(p[i], way);
+        if (!t) return std::nullopt;
+        p[i] += *t * way;
+    }
+    const auto distance = own_distance(p, norm(form_->gradient(p[0])));
+    return std::sqrt(std::max(distance[0], distance[1]) / limit_);
+}
+
+// One strip between the longest side and the two others: two ears, and what is between them.
+void CutFace::fill_thin(const std::array<Side, 3>& sides, std::size_t most)
+{
+    const Side lower = sides[most], first = sides[(most + 2) % 3].turned(),
+               second = sides[(most + 1) % 3].turned();
+    const auto begin = static_cast<std::int32_t>(pool_.size());
+    for (std::int32_t k = 1; k <= first.n; ++k) pool_.push_back(first.at(pool_, k));
+    for (std::int32_t k = 1; k < second.n; ++k) pool_.push_back(second.at(pool_, k));
+    const Side upper{begin, first.n + second.n - 2, 1};
+    add({lower.at(pool_, 0), lower.at(pool_, 1), upper.at(pool_, 0)});
+    fill_strip(upper, lower.part(1, lower.n - 1));
+    add({lower.at(pool_, lower.n - 1), lower.at(pool_, lower.n), upper.at(pool_, upper.n)});
+    pool_.resize(begin);
+}
+
+// Numbers in pool_ of the inner points of a lattice: those with distance r > 0 of n from side 0 in
+// rows, from side 2 to side 1.
+struct CutFace::Lattice {
+    std::int32_t begin, n;
+    std::int32_t at(std::int32_t r, std::int32_t q) const  // q: distance from side 2
+    {
+        return begin + (r - 1) * (2 * n - 2 - r) / 2 + q - 1;
+    }
+};
+
+bool CutFace::fill_lattice(const std::array<Side, 3>& sides, std::int32_t n)
+{
+    const std::size_t mark = pool_.size();
+    const Lattice lattice{static_cast<std::int32_t>(mark), n};
+    std::array<FinePoint, 3> corner;
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = points_[sides[i].at(pool_, 0)];
+    for (std::int32_t r = 1; r < n - 1; ++r)
+        for (std::int32_t q = 1; q < n - r; ++q) {
+            const double u = static_cast<double>(q) / n, v = static_cast<double>(r) / n;
+            const auto mean = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+                return a + u * (b - a) + v * (c - a);
+            };
+            const Vec3 start = mean(corner[0].at, corner[1].at, corner[2].at) + swept(sides, u, v);
+            const auto p = on_surface(
+                start, mean(corner[0].direction, corner[1].direction, corner[2].direction),
+                {mean(corner[0].shell[0], corner[1].shell[0], corner[2].shell[0]),
+                 mean(corner[0].shell[1], corner[1].shell[1], corner[2].shell[1])});
+            if (!p) return false;
+            pool_.push_back(*p);
+        }
+    const auto point = [&](std::int32_t r, std::int32_t q) { return pool_[lattice.at(r, q)]; };
+    for (std::int32_t r = 1; r < n - 2; ++r)
+        for (std::int32_t q = 1; q < n - r - 1; ++q) {
+            add({point(r, q), point(r, q + 1), point(r + 1, q)});
+            if (q < n - r - 2) add({point(r, q + 1), point(r + 1, q + 1), point(r + 1, q)});
+        }
+    // The rim: strips along the sides, and what is left in the corners.
+    std::array<Side, 3> rim;
+    for (std::size_t i = 0; i < 3; ++i) {
+        rim[i] = {static_cast<std::int32_t>(pool_.size()), n - 3, 1};
+        for (std::int32_t k = 1; k < n - 1; ++k)
+            pool_.push_back(i == 0   ? point(1, k)
+                            : i == 1 ? point(k, n - 1 - k)
+                                     : point(n - 1 - k, 1));
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Side &side = sides[i], &before = sides[(i + 2) % 3];
+        fill_strip(rim[i], side.part(1, side.n - 1));
+        const std::int32_t a = side.at(pool_, 0), b = side.at(pool_, 1), c = rim[i].at(pool_, 0),
+                           d = before.at(pool_, before.n - 1);
+        const bool ear =
+            squared(points_[b].at - points_[d].at) < squared(points_[c].at - points_[a].at);
+        add(ear ? Triangle{a, b, d} : Triangle{a, b, c});
+        add(ear ? Triangle{b, c, d} : Triangle{a, c, d});
+    }
+    pool_.resize(mark);
+    return true;
+}
+
+// By how much a point is moved so that a lattice follows sides that are not straight.
+Vec3 CutFace::swept(const std::array<Side, 3>& sides, double u, double v) const
+{
+    if (!any_curve_) return {};
+    Vec3 by;
+    const std::array<double, 3> weight{1.0 - u - v, u, v};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double from = weight[i], to = weight[(i + 1) % 3];
+        const Side& side = sides[i];
+        const double at = to / (from + to) * side.n;
+        const auto k = std::min(static_cast<std::int32_t>(at), side.n - 1);
+        const Vec3 &a = points_[side.at(pool_, 0)].at, &b = points_[side.at(pool_, side.n)].at;
+        const Vec3 &p = points_[side.at(pool_, k)].at, &q = points_[side.at(pool_, k + 1)].at;
+        by += (from + to) * (from + to) * (p + (at - k) * (q - p) - a - (at / side.n) * (b - a));
+    }
+    return by;
+}
+
+// Between two rows from left to right, each step along the shorter diagonal.
+void CutFace::fill_strip(const Side& upper, const Side& lower)
+{
+    std::int32_t i = 0, j = 0;
+    while (i < upper.n || j < lower.n) {
+        const std::int32_t a = upper.at(pool_, i), b = lower.at(pool_, j);
+        bool along_upper = j == lower.n;
+        if (i < upper.n && j < lower.n) {
+            const std::int32_t d = upper.at(pool_, i + 1), e = lower.at(pool_, j + 1);
+            const double down = chord_length(d, b), up = chord_length(e, a);
+            along_upper = down < up || (down == up && squared(points_[d].at - points_[b].at) <
+                                                          squared(points_[e].at - points_[a].at));
+        }
+        const std::int32_t c = along_upper ? upper.at(pool_, ++i) : lower.at(pool_, ++j);
+        add({a, b, c});
+    }
+}
+
+// How far the surface lies outside and inside of a face, about, where it has this slope.
+std::array<double, 2> CutFace::own_distance(const std::array<Vec3, 3>& p, double g) const
+{
+    if (form_->is_plane()) return {0.0, 0.0};
+    const Interval r = form_->deviation(p);
+    const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
+    return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
+}
+
+// How far the corners of a face must move outward and inward for it to clear its surface, or
+// `kTooFar` if there is no room for that. Where one has less room the others make up for it.
+std::array<double, 2> CutFace::offsets(const std::array<Vec3, 3>& p,
+                                       const std::array<double, 3>& room, double slope) const
+{
+    const double least = limit_ * std::min({room[0], room[1], room[2]});
+    std::array<double, 2> distance = own_distance(p, slope);
+    if (std::max(distance[0], distance[1]) <= least) return distance;
+    for (const std::size_t side : {0u, 1u}) {
+        if (distance[side] <= least) continue;
+        const double times = (side == 0 ? 1.0 : -1.0) * sign_ / (slope * limit_);
+        if (!(form_->range_from(room, p, times).lo > 0.0)) return {kTooFar, kTooFar};
+        distance[side] = limit_;
+    }
+    return distance;
+}
+
+void CutFace::add(const Triangle& t)
+{
+    faces_.push_back(t);
+    distances_.emplace_back();
+    judge(static_cast<std::int32_t>(faces_.size()) - 1);
+}
+
+void CutFace::judge(std::int32_t f)
+{
+    const Triangle& t = faces_[f];
+    const std::array<Vec3, 3> p{points_[t[0]].at, points_[t[1]].at, points_[t[2]].at};
+    const Vec3 g = form_->gradient((p[0] + p[1] + p[2]) / 3.0);
+    turned_over_ = turned_over_ || !(sign_ * dot(cross(p[1] - p[0], p[2] - p[0]), g) > 0.0);
+    distances_[f] =
+        offsets(p, {points_[t[0]].room, points_[t[1]].room, points_[t[2]].room}, norm(g));
+    if (distances_[f][0] == kTooFar) too_far_.push_back(f);
+}
+
+// Faces that are too far from the surface are cut: an edge that is too long in its middle, together
+// with the face across, or the face in its own middle.
+bool CutFace::mend()
+{
+    for (std::size_t k = 0; k < too_far_.size(); ++k) {
+        if (k > kMostMends + faces_.size() / 4) return false;
+        const std::int32_t f = too_far_[k];
+        if (distances_[f][0] != kTooFar) continue;
+        const Triangle t = faces_[f];
+        std::size_t i = 0;
+        double longest = 0.0;
+        for (std::size_t j = 0; j < 3; ++j) {
+            const double length = chord_length(t[j], t[(j + 1) % 3]);
+            if (length > longest) i = j;
+            longest = std::max(longest, length);
+        }
+        const std::int32_t a = t[i], b = t[(i + 1) % 3], c = t[(i + 2) % 3];
+        const FinePoint p = points_[a], q = points_[b], r = points_[c];
+        if (longest <= kLongestChord) {
+            const auto m =
+                on_surface((p.at + q.at + r.at) / 3.0, p.direction + q.direction + r.direction,
+                           between(p.shell, between(q.shell, r.shell, 0.5), 2.0 / 3.0));
+            if (!m) return false;
+            faces_[f] = {a, b, *m};
+            add({b, c, *m});
+            add({c, a, *m});
+        } else {
+            const std::int32_t g = face_across(f, a, b);
+            const auto m = on_surface(0.5 * (p.at + q.at), p.direction + q.direction,
+                                      between(p.shell, q.shell, 0.5));
+            if (g < 0 || !m) return false;
+            const Triangle u = faces_[g];
+            const std::int32_t d = u[0] != a && u[0] != b   ? u[0]
+                                   : u[1] != a && u[1] != b ? u[1]
+                                                            : u[2];
+            faces_[f] = {a, *m, c};
+            faces_[g] = {b, *m, d};
+            judge(g);
+            add({*m, b, c});
+            add({*m, a, d});
+        }
+        judge(f);
+    }
+    return (only_halves_ || !turned_over_) && !too_many();
+}
+
+// The face with a side from b to a, sought from face f outward: it is seldom far. -1 for none.
+std::int32_t CutFace::face_across(std::int32_t f, std::int32_t a, std::int32_t b) const
+{
+    const auto n = static_cast<std::int32_t>(faces_.size());
+    const auto has = [&](std::int32_t g) {
+        const Triangle& t = faces_[g];
+        return (t[0] == b && t[1] == a) || (t[1] == b && t[2] == a) || (t[2] == b && t[0] == a);
+    };
+    for (std::int32_t step = 1; step < n; ++step) {
+        if (f >= step && has(f - step)) return f - step;
+        if (f + step < n && has(f + step)) return f + step;
+    }
+    return -1;
+}
+
+// Number of the new vertex.
+std::optional<std::int32_t> CutFace::on_surface(const Vec3& start, const Vec3& way,
+                                                const ShellPoints& shell)
+{
+    const auto root = form_->root_along(start, way);
+    if (!root) return std::nullopt;
+    const Vec3 p = form_->straightened(start + *root * way);
+    points_.push_back({p, sign_ * normalized(form_->gradient(p)), shell, 1.0});
+    return static_cast<std::int32_t>(points_.size()) - 1;
+}
+
+// A side of pieces no longer than the widest.
+std::optional<CutFace::Side> CutFace::new_side(std::int32_t a, std::int32_t b, double widest)
+{
+    const FinePoint from = points_[a], to = points_[b];
+    const std::size_t mark = points_.size(), begin = pool_.size();
+    double pieces = std::max(1.0, std::ceil(chord_length(a, b) / widest - kSpare));
+    for (int attempt = 0; attempt < kMostAttempts && pieces <= kMostPieces; ++attempt) {
+        const Side side{static_cast<std::int32_t>(begin), static_cast<std::int32_t>(pieces), 1};
+        pool_.push_back(a);
+        for (std::int32_t i = 1; i < side.n; ++i) {
+            const double t = static_cast<double>(i) / side.n;
+            const auto v = on_surface(from.at + t * (to.at - from.at),
+                                      from.direction + t * (to.direction - from.direction),
+                                      between(from.shell, to.shell, t));
+            if (!v) return std::nullopt;
+            pool_.push_back(*v);
+        }
+        pool_.push_back(b);
+        // Where the chord is farthest from the surface pieces are longer than the others.
+        const std::int32_t middle = side.n / 2;
+        const double longest =
+            side.n == 1 ? 0.0 : chord_length(side.at(pool_, middle), side.at(pool_, middle - 1));
+        if (longest <= kStretch * widest) return side;
+        pieces = std::max(pieces + 1.0, std::ceil(pieces * longest / widest - kSpare));
+        points_.resize(mark);
+        pool_.resize(begin);
+    }
+    return std::nullopt;
+}
+
+}  // namespace genus

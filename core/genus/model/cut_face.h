@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "genus/mesh/indexed_mesh.h"
+#include "genus/model/coarse_shell.h"
+#include "genus/model/surface_form.h"
+
+namespace genus {
+
+/// A vertex of a fine mesh.
+struct FinePoint {
+    Vec3 at;
+    /// Along which the surfaces that meet there recede by its length of 1.
+    Vec3 direction;
+    ShellPoints shell;
+    /// The largest offset along `direction`, as a share of what it is where that has length 1.
+    double room = 1.0;
+};
+
+/// The points from which a point between two others came: affine along the way.
+ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t);
+
+/// Pieces into which a chord of this sagitta must go; the sagitta falls with their square.
+double pieces_for(double sagitta, double limit);
+
+/// Cuts faces of a coarse mesh, points on their borders given, into faces so near their surface
+/// that they clear it where each corner moves outward, or inward, by `limit` times its room.
+///
+/// A chord with sagitta s is taken to be as long as the square root of s. Where these lengths make
+/// a flat triangle, as on a cylinder or in a plane, the face becomes one strip between its longest
+/// side and the two others, with no more vertices. Where they make a round one, it gets the points
+/// of a regular lattice, as many as triangles with that circumradius need, and strips along its
+/// sides. Between the two, the side with the most points is cut in its middle, the cut leads to the
+/// opposite corner, and both halves are cut in turn. Faces that come out too far from the surface
+/// are mended by a vertex on their longest edge or in their middle. If faces come out turned over,
+/// or too many need that, the whole face is cut in halves only.
+///
+/// O(triangles made).
+class CutFace {
+public:
+    CutFace(double limit, std::int64_t max_triangles);
+
+    /// Cuts the next face: on a surface, turned against its gradient or not; with the vertices of
+    /// its border, corner after corner, the number of pieces of each side, and whether one of these
+    /// follows a curve where surfaces meet. False if a point cannot be put on the surface.
+    bool run(const SurfaceForm& form, bool turned, const std::vector<FinePoint>& border,
+             const std::array<std::int32_t, 3>& pieces, bool any_curve);
+
+    /// Those of the border come first.
+    const std::vector<FinePoint>& points() const { return points_; }
+    const std::vector<Triangle>& faces() const { return faces_; }
+    /// How far the surface lies outside and inside of each face, about.
+    const std::vector<std::array<double, 2>>& distances() const { return distances_; }
+    std::int32_t n_border() const { return n_border_; }
+
+private:
+    // Vertices pool_[begin] .. pool_[begin + n], or backwards from pool_[begin].
+    struct Side {
+        std::int32_t begin = 0, n = 1, step = 1;
+        std::int32_t at(const std::vector<std::int32_t>& pool, std::int32_t k) const
+        {
+            return pool[begin + step * k];
+        }
+        Side part(std::int32_t from, std::int32_t to) const
+        {
+            return {begin + step * from, to - from, step};
+        }
+        Side turned() const { return {begin + step * n, n, -step}; }
+    };
+    struct Lattice;
+    // Lengths in radii.
+    struct MetricShape {
+        double height = 0.0, radius = 0.0;
+        bool is_round = false;
+    };
+
+    bool fill(const std::array<Side, 3>& sides, int depth);
+    bool fill_halves(const std::array<Side, 3>& sides, std::size_t most, int depth);
+    bool fill_lattice(const std::array<Side, 3>& sides, std::int32_t n);
+    void fill_strip(const Side& upper, const Side& lower);
+    void fill_thin(const std::array<Side, 3>& sides, std::size_t most);
+    std::int32_t lattice_for(const std::array<Side, 3>& sides, const MetricShape& shape) const;
+    std::optional<double> lattice_radius(const std::array<Side, 3>& sides, double u, double v,
+                                         double step) const;
+    MetricShape metric_shape(const std::array<Side, 3>& sides) const;
+    Vec3 swept(const std::array<Side, 3>& sides, double u, double v) const;
+    std::optional<Side> new_side(std::int32_t a, std::int32_t b, double widest);
+    std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way,
+                                           const ShellPoints& shell);
+    bool too_many() const { return static_cast<std::int64_t>(faces_.size()) > max_triangles_; }
+    void add(const Triangle& t);
+    void judge(std::int32_t f);
+    bool mend();
+    std::int32_t face_across(std::int32_t f, std::int32_t a, std::int32_t b) const;
+    std::array<double, 2> own_distance(const std::array<Vec3, 3>& p, double slope) const;
+    std::array<double, 2> offsets(const std::array<Vec3, 3>& p, const std::array<double, 3>& room,
+                                  double slope) const;
+    double chord_length(std::int32_t a, std::int32_t b) const;
+
+    const SurfaceForm* form_ = nullptr;
+    double sign_ = 1.0, limit_;
+    bool any_curve_ = false, only_halves_ = false, turned_over_ = false;
+    std::int64_t max_triangles_;
+    std::vector<FinePoint> points_;
+    std::vector<Triangle> faces_;
+    std::vector<std::array<double, 2>> distances_;
+    std::vector<std::int32_t> pool_, too_far_;
+    std::int32_t n_border_ = 0;
+};
+
+}  // namespace genus
