@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace genus {
 
@@ -62,6 +63,9 @@ public:
     static Expression z();
     static Expression apply(Operation operation, const Expression& a);
     static Expression apply(Operation operation, const Expression& a, const Expression& b);
+
+    /// What a node says.
+    static Expression of(std::shared_ptr<const Node> node) { return Expression(std::move(node)); }
 
     const Node& node() const { return *node_; }
     /// Null unless the expression is a number.

@@ -9,6 +9,7 @@
 
 #include "genus/base/error.h"
 #include "genus/implicit/operations.h"
+#include "genus/implicit/second_order.h"
 
 namespace genus {
 
@@ -144,7 +145,7 @@ void operate_row(const Instruction& i, const double* __restrict a, const double*
         case Operation::Multiply:
             return each([&](std::size_t k) { return a[k] * b[k]; });
         case Operation::Divide:
-            return each([&](std::size_t k) { return a[k] / b[k]; });
+            return each([&](std::size_t k) { return a[k] / (b[k] + 0.0); });
         case Operation::Min:
             return each([&](std::size_t k) { return a[k] < b[k] || a[k] != a[k] ? a[k] : b[k]; });
         case Operation::Max:
@@ -174,6 +175,7 @@ Function::Function(const Expression& expression)
     for (std::size_t i = 0; i < code_.size(); ++i) {
         if (is_choice(code_[i].operation)) choices_.push_back(static_cast<std::int32_t>(i));
     }
+    choice_list_ = std::make_shared<const ChoiceList>(code_);
 }
 
 std::uint64_t Function::hash() const
@@ -357,6 +359,11 @@ IntervalVec3 Function::gradient_bound(const Box3& box) const
     const RangeDual& result = d[code_.size() - 1];
     if (!result.range.may_be_undefined) return result.slope;
     return {Interval::everything(), Interval::everything(), Interval::everything()};
+}
+
+std::vector<QuadraticModel> Function::quadratic_models(const Box3& box) const
+{
+    return genus::quadratic_models(code_, *choice_list_, box);
 }
 
 // Errors of the operands go on by the largest derivative, and each operation adds its own.

@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "genus/implicit/expression.h"
 #include "genus/implicit/implicit.h"
+#include "genus/implicit/quadratic_model.h"
 
 namespace genus {
+
+class ChoiceList;
 
 /// An expression compiled to a list of instructions, equal subexpressions once. Where it is not
 /// defined it counts as outside: the value is +infinity, the gradient zero.
@@ -31,6 +35,10 @@ public:
     Vec3 gradient(const Vec3& p) const override;
     Interval bound(const Box3& box) const override;
     IntervalVec3 gradient_bound(const Box3& box) const override;
+    /// Models of the smooth pieces that may give the value somewhere in the box: empty if these are
+    /// more than eight, or one of them has no bounded second derivatives there. Thirty to sixty
+    /// times the cost of a value for one piece.
+    std::vector<QuadraticModel> quadratic_models(const Box3& box) const;
     /// Errors of rounding in `value` at points of the box do not exceed this; infinite where no
     /// bound is known, as next to a pole or a jump.
     double rounding_error(const Box3& box) const;
@@ -59,6 +67,7 @@ private:
     Expression expression_;
     std::vector<Instruction> code_;
     std::vector<std::int32_t> choices_;  // instructions min, max and abs
+    std::shared_ptr<const ChoiceList> choice_list_;
 };
 
 }  // namespace genus

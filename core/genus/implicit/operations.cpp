@@ -246,20 +246,37 @@ Range one_operand(Operation operation, const Interval& a, double number)
     }
 }
 
+// Sums, products and quotients of what is not negative are not, before and after rounding: roots of
+// them are defined at zero, too.
+Interval with_sign_of(const Interval& result, const Interval& a, const Interval& b)
+{
+    return a.lo >= 0.0 && b.lo >= 0.0 ? Interval(std::max(0.0, result.lo), result.hi) : result;
+}
+
+// A denominator that is not negative leaves one side open; zero has no sign.
+Interval quotient(const Interval& a, const Interval& b)
+{
+    if (b.lo > 0.0 || b.hi < 0.0) return with_sign_of(a / b, a, b);
+    if (b.lo == 0.0 && b.hi > 0.0 && a.lo >= 0.0)
+        return {std::max(0.0, rounding::down(a.lo / b.hi)), kInfinity};
+    if (b.lo == 0.0 && b.hi > 0.0 && a.hi <= 0.0) return -quotient(-a, b);
+    return Interval::everything();
+}
+
 Range two_operands(Operation operation, const Range& first, const Range& second)
 {
     const Interval &a = first.values, &b = second.values;
     switch (operation) {
         // Infinity less infinity, or times zero, is not a number.
         case Operation::Add:
-            return {a + b, has_infinity(a) && has_infinity(b)};
+            return {with_sign_of(a + b, a, b), has_infinity(a) && has_infinity(b)};
         case Operation::Subtract:
             return {a - b, has_infinity(a) && has_infinity(b)};
         case Operation::Multiply:
-            return {a * b,
+            return {with_sign_of(a * b, a, b),
                     (has_infinity(a) && b.contains(0.0)) || (has_infinity(b) && a.contains(0.0))};
         case Operation::Divide:
-            return {a / b,
+            return {quotient(a, b),
                     (a.contains(0.0) && b.contains(0.0)) || (has_infinity(a) && has_infinity(b))};
         case Operation::RealPower:
             return real_power(first, second);
@@ -359,7 +376,7 @@ double operate(Operation operation, double a, double b, double number)
         case Operation::Multiply:
             return a * b;
         case Operation::Divide:
-            return a / b;
+            return a / (b + 0.0);  // zero has no sign here, either
         case Operation::RealPower:
             return real_power(a, b);
         case Operation::Atan2:
@@ -396,6 +413,7 @@ std::pair<double, double> derivatives(Operation operation, double a, double b, d
         case Operation::Square:
             return {2.0 * a, 0.0};
         case Operation::Power:
+            if (number == 0.0) return {0.0, 0.0};
             return {number * whole_power(a, static_cast<int>(number) - 1), 0.0};
         case Operation::Sqrt:
             return {0.5 / result, 0.0};
@@ -530,6 +548,78 @@ std::pair<Interval, Interval> derivatives(Operation operation, const Interval& a
         }
         default:
             return {none, none};
+    }
+}
+
+SecondDerivatives second_derivatives(Operation operation, const Interval& a, const Interval& b,
+                                     double number, const Interval& result)
+{
+    const Interval none(0.0), one(1.0), two(2.0);
+    const auto not_negative = [](const Interval& x) {
+        return Interval(std::max(0.0, x.lo), std::max(0.0, x.hi));
+    };
+    switch (operation) {
+        case Operation::Negate:
+        case Operation::Add:
+        case Operation::Subtract:
+            return {};
+        case Operation::Multiply:
+            return {none, one, none};
+        case Operation::Square:
+            return {two, none, none};
+        case Operation::Power: {
+            const double factor = number * (number - 1.0);
+            if (factor == 0.0) return {};
+            return {Interval(factor) * whole_power(a, static_cast<int>(number) - 2), none, none};
+        }
+        case Operation::Sqrt:
+            return {-not_negative(Interval(0.25) / (result * square(result))), none, none};
+        case Operation::Cbrt: {
+            const Interval fifth = square(square(result)) * result;
+            return {-(Interval(2.0) / (Interval(9.0) * fifth)), none, none};
+        }
+        case Operation::Exp:
+        case Operation::Sinh:
+        case Operation::Cosh:
+            return {result, none, none};
+        case Operation::Log:
+            return {-not_negative(one / square(clipped(a, 0.0, kInfinity))), none, none};
+        case Operation::Sin:
+        case Operation::Cos:
+            return {-result, none, none};
+        case Operation::Tan:
+            return {two * result * (one + square(result)), none, none};
+        case Operation::Asin:
+        case Operation::Acos: {
+            const Interval x = clipped(a, -1.0, 1.0);
+            const Interval rest = not_negative(one - square(x));
+            const Interval bend = x / (rest * sqrt(rest));
+            return {operation == Operation::Asin ? bend : -bend, none, none};
+        }
+        case Operation::Atan:
+            return {-(two * a / square(one + square(a))), none, none};
+        case Operation::Tanh:
+            return {-(two * result * clipped(one - square(result), 0.0, 1.0)), none, none};
+        case Operation::Divide: {
+            const Interval over = one / b;
+            return {none, -square(over), two * result * square(over)};
+        }
+        case Operation::RealPower: {
+            if (!(a.lo > 0.0)) return {kAnySlope, kAnySlope, kAnySlope};
+            const Interval log = rising([](double x) { return std::log(x); }, a);
+            const Interval lower = real_power(a, b - one);
+            return {b * (b - one) * real_power(a, b - two), lower * (one + b * log),
+                    result * square(log)};
+        }
+        case Operation::Atan2: {
+            const Interval size = square(a) + square(b);
+            const bool may_jump = b.lo <= 0.0 && a.contains(0.0);
+            if (may_jump || !(size.lo > 0.0)) return {kAnySlope, kAnySlope, kAnySlope};
+            const Interval squared = square(size), twice = two * a * b / squared;
+            return {-twice, (square(a) - square(b)) / squared, twice};
+        }
+        default:
+            return {kAnySlope, kAnySlope, kAnySlope};
     }
 }
 

@@ -29,6 +29,14 @@ std::pair<double, double> derivatives(Operation operation, double a, double b, d
 std::pair<Interval, Interval> derivatives(Operation operation, const Interval& a, const Interval& b,
                                           double number, const Interval& result);
 
+/// Hold the second derivatives of a smooth operation by its operands; unbounded for the others, and
+/// where the first may be.
+struct SecondDerivatives {
+    Interval aa, ab, bb;
+};
+SecondDerivatives second_derivatives(Operation operation, const Interval& a, const Interval& b,
+                                     double number, const Interval& result);
+
 /// x to a whole power, by multiplication.
 double whole_power(double x, int n);
 

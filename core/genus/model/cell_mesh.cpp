@@ -1,6 +1,7 @@
 #include "genus/model/cell_mesh.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +16,7 @@ namespace {
 
 constexpr int kTaskDepth = 8;        // bisections before the work is handed out: 6 * 2^8 tasks
 constexpr std::size_t kMaxCut = 10;  // surfaces through one cell
+constexpr double kSmall = 20.0;      // beside the smallest cells
 constexpr double kOnLine = 1e-12;    // area beside that of a triangle
 
 // Name of a vertex, the same in all cells that share it: the corners of the edge, face or cell it
@@ -162,12 +164,15 @@ public:
     }
 
     // The midpoints that must be split below `tet`, as far as nobody else asks for more.
+    // `n_small` counts the small cells of all walks.
     void find_splits(const LatticeTet& tet, const SignFormula& formula, const CellDemands& demands,
-                     std::vector<LatticePoint>& splits)
+                     std::vector<LatticePoint>& splits, std::atomic<std::int64_t>& n_small)
     {
         descend(tet, formula,
                 [&](const LatticeTet& t, const std::array<Vec3, 4>& p, const SignFormula& f) {
                     if (BisectionTree::is_finest(t) || !too_coarse(p, f, demands)) return false;
+                    if (diameter(p) < kSmall * demands.min_size && ++n_small >= demands.max_small)
+                        give_up(box_of(p));
                     splits.push_back(BisectionTree::midpoint(t));
                     return true;
                 });
@@ -184,6 +189,12 @@ public:
     }
 
 private:
+    [[noreturn]] static void give_up(const Box3& place)
+    {
+        throw ToleranceNotMet("the budget of cells is spent", 0.0,
+                              std::numeric_limits<double>::infinity(), {place});
+    }
+
     // Calls visit(tet, corners, formula) where the formula is open, and goes on where it says so.
     template <class Visit>
     void descend(const LatticeTet& tet, const SignFormula& formula, const Visit& visit)
@@ -269,7 +280,9 @@ private:
             if (!(along > min_cosine * norm(v))) return true;
             least = std::min(least, along);
         }
-        return form.linear_error(p) > max_error * least;
+        // Where there is no bound at any size, as at the end of a root, it says nothing.
+        const double error = form.linear_error(p);
+        return std::isfinite(error) && error > max_error * least;
     }
 
     void contour(const LatticeTet& tet, const std::array<Vec3, 4>& p, const SignFormula& formula,
@@ -539,11 +552,12 @@ void CellMesher::refine(const CellDemands& demands, std::int64_t max_cells)
     finer_ = BoxTree(places);
     const std::vector<LatticeTet> tasks = task_roots();
     std::vector<std::vector<LatticePoint>> splits(tasks.size());
+    std::atomic<std::int64_t> n_small{0};
     parallel_for(tasks.size(), 4, [&](std::size_t begin, std::size_t end) {
         CellWalk walk(*this);
         for (std::size_t i = begin; i < end; ++i) {
             current_progress().check();
-            walk.find_splits(tasks[i], formula_, demands, splits[i]);
+            walk.find_splits(tasks[i], formula_, demands, splits[i], n_small);
         }
     });
     for (const auto& list : splits)

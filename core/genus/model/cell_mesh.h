@@ -42,6 +42,9 @@ struct CellDemands {
     double touch = std::numeric_limits<double>::infinity();
     /// Cells are not cut below this size, whatever else is asked.
     double min_size = 0.0;
+    /// Where more than this many cells of less than twenty times that size would be cut, cutting
+    /// leads nowhere.
+    std::int64_t max_small = std::numeric_limits<std::int64_t>::max();
     /// Places where curved cells, and cells with several surfaces, must not be larger than this;
     /// the smallest counts.
     std::vector<std::pair<Box3, double>> finer;
@@ -65,7 +68,7 @@ public:
     CellMesher(const SignFormula& formula, const std::vector<SurfaceForm>& forms, const Box3& box);
 
     /// Cuts cells until all meet the demands. Cells once cut stay so. Throws ToleranceNotMet if
-    /// that takes more than `max_cells`.
+    /// that takes more than `max_cells`, or more small ones than is said.
     void refine(const CellDemands& demands, std::int64_t max_cells);
 
     /// The surface in the present cells. Closed, unless rounding inside a cell with four or more

@@ -714,12 +714,7 @@ private:
     {
         Ways ways{true, false, inside, outside};
         const auto sign_at = [&](const Vec3& p) {
-            for (const std::int32_t s : f.surfaces()) {
-                const double value = forms_[s].value(p);
-                signs[s] = value > forms_[s].slack()    ? Sign{1}
-                           : value < -forms_[s].slack() ? Sign{-1}
-                                                        : Sign{0};
-            }
+            for (const std::int32_t s : f.surfaces()) signs[s] = forms_[s].sign(p);
             return f.sign_by_cases(signs);
         };
         ways.none = sign_at(inside) > 0 || sign_at(outside) < 0;

@@ -9,6 +9,7 @@
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
 #include "genus/implicit/quadric_form.h"
+#include "genus/implicit/smooth_parts.h"
 #include "genus/model/convex.h"
 #include "genus/model/leaf_mesh.h"
 
@@ -80,7 +81,7 @@ public:
     }
 
     /// In the coordinates of the caller, and scaled, as new instructions.
-    void function(const Function& own, const Box3& box)
+    void function(const Expression& own, const Box3& box)
     {
         const Transform back = inverse(map_);
         std::array<Expression, 3> local;
@@ -93,7 +94,7 @@ public:
                 local[i] = back.m[i][3] == 0.0 && local[i].number() ? term : local[i] + term;
             }
         }
-        const Expression moved = substituted(own.expression(), local);
+        const Expression moved = substituted(own, local);
         const Function unscaled(moved);
         Box3 placed;
         for (std::size_t corner = 0; corner < 8; ++corner)
@@ -191,7 +192,7 @@ void write_leaf(LeafWriter& out, const Shape& shape)
         out.quadric(any->surface, any->bounds);
         if (any->bounds) out.box_sides(*any->bounds);
     } else if (const auto* any_function = std::get_if<ImplicitShape>(&shape)) {
-        out.function(*any_function->function, any_function->bounds);
+        // The rest is not all of them or any of them: TreeWriter::function.
         out.box_sides(any_function->bounds);
     } else if (std::holds_alternative<Freeform>(shape)) {
         throw InvalidInput("there is no formula for it, only a mesh");
@@ -399,8 +400,27 @@ private:
     Gathered leaf(const Shape& shape, const Transform& map, bool negated)
     {
         Gathered result{!negated, {}};
+        if (const auto* any = std::get_if<ImplicitShape>(&shape))
+            append(result, function(smooth_parts(any->function->expression(), any->bounds), shape,
+                                    map, negated));
         for (Surface& surface : leaf_surfaces(shape, map)) {
             const auto [number, flipped] = index_.add(std::move(surface), reach_of(shape, map));
+            result.terms.push_back({number, true, negated != flipped});
+        }
+        return result;
+    }
+
+    /// A function as the union and intersection of its smooth parts.
+    Gathered function(const SmoothParts& parts, const Shape& shape, const Transform& map,
+                      bool negated)
+    {
+        Gathered result{(parts.kind == SmoothParts::Kind::Max) != negated, {}};
+        for (const SmoothParts& part : parts.parts)
+            append(result, function(part, shape, map, negated));
+        if (parts.kind == SmoothParts::Kind::Leaf) {
+            LeafWriter out(shape, map);
+            out.function(parts.leaf, std::get<ImplicitShape>(shape).bounds);
+            const auto [number, flipped] = index_.add(std::move(out.surfaces[0]), 0.0);
             result.terms.push_back({number, true, negated != flipped});
         }
         return result;

@@ -43,10 +43,10 @@ constexpr std::size_t kFacesAttempt = 20'000, kGrowthOfFaces = 10;
 constexpr int kMaxPasses = 6;
 constexpr std::size_t kMaxPlaces = 256;
 constexpr double kEdgeShare = 0.7;  // of the tolerance; the middle of a face errs 4/3 as much
-constexpr double kTighter = 0.6;
-// Bounds of functions that are no polynomials are wider by about this.
-constexpr double kFunctionShare = 0.2;
-constexpr std::int64_t kMostFunctionCells = 400'000;
+constexpr double kTighter = 0.6, kTighterFunction = 0.35;
+// Bounds of functions that are no polynomials are wider by about this, in places more.
+constexpr double kFunctionShare = 0.5;
+constexpr std::int64_t kMostFunctionCells = 400'000, kMostSmallFunctionCells = 50'000;
 // The mesh in which a fine one is cut: its tolerance as a share of the diagonal, and what that must
 // be beside the tolerance asked for.
 constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
@@ -57,8 +57,9 @@ constexpr int kQuickAttempts = 3;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
-constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
-constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
+constexpr double kCreaseShare = 0.15;            // sagitta of a curve beside the height of a face
+constexpr double kCoarsest = 1.0 / 32;           // of the diagonal, as a tolerance to work to
+constexpr double kCoarsestFunction = 1.0 / 128;  // second derivatives are bounded in small faces
 
 void append(IndexedMesh& all, const IndexedMesh& mesh)
 {
@@ -94,8 +95,6 @@ public:
 
     void run()
     {
-        for (const SurfaceForm& form : forms_)
-            if (!form.is_bounded()) give_up("rounding of a formula has no bound");
         // The finer the tolerance the more the short way saves.
         const double finer = kSandwichWidth * cube_.diagonal() / result_.tolerance;
         const int attempts = has_function_ || finer < kLeastSandwich ? 0
@@ -134,6 +133,7 @@ private:
         CellMesher mesher(formula_, forms_, cube_);
         demands.max_error = cube_.diagonal();
         demands.min_size = 0.125 * result_.tolerance;
+        if (has_function_) demands.max_small = kMostSmallFunctionCells;
         std::size_t work = 0, budget = 0, n_splits = 0;
         for (int attempt = 0; attempt < attempts; ++attempt) {
             current_progress().report("mesh", static_cast<double>(attempt) / attempts);
@@ -199,7 +199,7 @@ private:
             for (const std::int32_t f : c.failed_faces)
                 for (const std::int32_t v : surface.mesh.faces[f]) again[v] = 1;
             for (std::size_t v = 0; v < factors.size(); ++v)
-                if (again[v] != 0) factors[v] *= kTighter;
+                if (again[v] != 0) factors[v] *= has_function_ ? kTighterFunction : kTighter;
         }
         return false;
     }
@@ -405,15 +405,20 @@ private:
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };
 
-// Bounds of a function may be too wide to prove what is so, as next to a root: then its mesh comes
+// Bounds of a function may be too wide to prove what is so, as next to a pole: then its mesh comes
 // from a grid, with the error sampled.
 void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options,
                  MeshedSolid& result)
 {
+    const bool any_function = has_function(CsgField(solid));
+    const double asked = result.tolerance;
+    if (any_function)
+        result.tolerance = std::min(result.tolerance, kCoarsestFunction * box.diagonal());
     try {
         Road(solid, box, options, result).run();
     } catch (const ToleranceNotMet&) {
-        if (!has_function(CsgField(solid))) throw;
+        if (!any_function) throw;
+        result.tolerance = asked;
         result.method = "emc";
         mesh_over_grid(solid, box, options, result);
     }

@@ -234,6 +234,143 @@ Interval hull_of(const Coefficients& b, double scale, double slack)
     return {*lo * scale - slack, *hi * scale + slack};
 }
 
+// Range of a quadratic over a triangle: where the critical point comes out wrong by e of the
+// simplex, the value does by e^2 of the spread; where the equations are too close to singular for
+// that, the hull stands.
+Interval quadratic_range(const std::array<double, 10>& q, const std::array<Vec3, 3>& p,
+                         double slack)
+{
+    const auto b = coefficients<3>(q, p);
+    const Interval hull = hull_of(b, 1.0, slack);
+    if (hull.lo > 0.0 || hull.hi < 0.0) return hull;
+    const Interval range = exact_range(b);
+    const double margin = slack + 1e-9 * (hull.hi - hull.lo);
+    return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
+}
+
+// The same over the hull of up to eight points: a quadratic form at a mean of points is the same
+// mean of its polar form at their pairs.
+Interval quadratic_range(const std::array<double, 10>& q, std::span<const Vec3> p, bool is_linear,
+                         double slack)
+{
+    std::array<double, 8> value{};
+    require(p.size() <= value.size(), "range: at most eight points");
+    double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+    const auto add = [&](double x) {
+        lo = std::min(lo, x);
+        hi = std::max(hi, x);
+    };
+    for (std::size_t i = 0; i < p.size(); ++i) add(value[i] = evaluate(q, p[i]));
+    if (!is_linear)
+        for (std::size_t i = 0; i < p.size(); ++i)
+            for (std::size_t j = i + 1; j < p.size(); ++j)
+                add(2.0 * evaluate(q, 0.5 * (p[i] + p[j])) - 0.5 * (value[i] + value[j]));
+    return {lo - slack, hi + slack};
+}
+
+template <std::size_t N>
+std::array<Vec3, N> about(const Vec3& origin, std::array<Vec3, N> p)
+{
+    for (Vec3& v : p) v -= origin;
+    return p;
+}
+
+// Largest difference between a quadratic and its linear interpolant: F - L has the edge
+// coefficients e_ij alone, and the sum of 2 l_i l_j over pairs is at most 3/4.
+double linear_error_of(const std::array<double, 10>& q, const std::array<Vec3, 4>& p)
+{
+    const auto b = coefficients<4>(q, p);
+    const auto& pair = tables<4>().pair;
+    double most = 0.0;
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j)
+            most = std::max(most, std::fabs(b[pair[i][j]] - 0.5 * (b[pair[i][i]] + b[pair[j][j]])));
+    return 0.75 * most;
+}
+
+std::array<double, 10> polynomial_of(const QuadraticModel& m)
+{
+    const auto& h = m.hessian;
+    return {m.value,    m.gradient[0], m.gradient[1], m.gradient[2], 0.5 * h[0],
+            0.5 * h[1], 0.5 * h[2],    h[3],          h[4],          h[5]};
+}
+
+// How far points of the box are from the middle of the model along each axis, at most.
+Vec3 reach_of(const QuadraticModel& m, const Box3& box)
+{
+    Vec3 reach;
+    for (std::size_t i = 0; i < 3; ++i)
+        reach[i] = std::max(box.max[i] - m.at[i], m.at[i] - box.min[i]);
+    return reach;
+}
+
+// How far the function may be from its model, with the rounding of the latter.
+double slack_of(const QuadraticModel& m, const Box3& box)
+{
+    return m.rest + 64.0 * kEps * magnitude(polynomial_of(m), reach_of(m, box));
+}
+
+// The gradient of the function over the box.
+IntervalVec3 slope_of(const QuadraticModel& m, const Box3& box)
+{
+    const std::array<double, 10> q = polynomial_of(m);
+    const Vec3 reach = reach_of(m, box), size = magnitude_of_slope(q, reach);
+    constexpr std::array<std::array<std::size_t, 3>, 3> place{{{4, 7, 8}, {7, 5, 9}, {8, 9, 6}}};
+    IntervalVec3 slope;
+    for (std::size_t i = 0; i < 3; ++i) {
+        double change = m.slope_rest[i] + 64.0 * kEps * size[i];
+        for (std::size_t j = 0; j < 3; ++j)
+            change += (i == j ? 2.0 : 1.0) * std::fabs(q[place[i][j]]) * reach[j];
+        slope[i] = {std::max(m.slope[i].lo, m.gradient[i] - change),
+                    std::min(m.slope[i].hi, m.gradient[i] + change)};
+    }
+    return slope;
+}
+
+// Of a function with several pieces: L has the values of any of them at the corners.
+double linear_error_of(const std::vector<QuadraticModel>& models, const Box3& box,
+                       const std::array<Vec3, 4>& tet)
+{
+    const std::array<Vec3, 4> p = about(models[0].at, tet);
+    double most = 0.0, apart = 0.0, slack = 0.0;
+    for (const QuadraticModel& m : models) {
+        std::array<double, 10> q = polynomial_of(m);
+        most = std::max(most, linear_error_of(q, p));
+        slack = std::max(slack, slack_of(m, box));
+        const std::array<double, 10> first = polynomial_of(models[0]);
+        for (std::size_t i = 0; i < q.size(); ++i) q[i] -= first[i];
+        for (const double b : coefficients<4>(q, p)) apart = std::max(apart, std::fabs(b));
+    }
+    return most + 2.0 * (apart + slack);
+}
+
+// Rounding of the function at most points of the box, with a reserve.
+double typical_slack(const Function& function, const Box3& box)
+{
+    constexpr int kSteps = 4;
+    constexpr double kReserve = 16.0;
+    std::vector<double> found;
+    for (int n = 0; n < kSteps * kSteps * kSteps; ++n) {
+        const std::array<int, 3> at{n % kSteps, n / kSteps % kSteps, n / (kSteps * kSteps)};
+        Vec3 p;
+        for (std::size_t i = 0; i < 3; ++i)
+            p[i] = box.min[i] + (at[i] + 0.5) / kSteps * (box.max[i] - box.min[i]);
+        const double error = function.rounding_error({p, p});
+        if (std::isfinite(error)) found.push_back(error);
+    }
+    if (found.empty()) return kEps * box.diagonal();
+    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+    std::nth_element(found.begin(), middle, found.end());
+    return kReserve * *middle + kEps * kEps * box.diagonal();
+}
+
+Box3 box_round(std::span<const Vec3> hull)
+{
+    Box3 box;
+    for (const Vec3& p : hull) box.add(p);
+    return box;
+}
+
 }  // namespace
 
 double most_between(const std::array<double, 3>& k)
@@ -251,9 +388,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
     : kind_(surface.kind), function_(surface.function), origin_(box.center())
 {
     if (function_) {
-        slack_ = 2.0 * function_->rounding_error(box);
-        bounded_ = slack_ < 1e-3 * box.diagonal();
-        if (!bounded_) slack_ = 1e-12 * box.diagonal();
+        slack_ = typical_slack(*function_, box);
         return;
     }
     if (kind_ == Surface::Kind::Torus) {
@@ -315,6 +450,13 @@ double SurfaceForm::value(const Vec3& p) const
     return scale_ * (s * s - evaluate(t_, u));
 }
 
+Sign SurfaceForm::sign(const Vec3& p) const
+{
+    const Interval at = function_ ? function_->bound({p, p}) : Interval(value(p));
+    const double margin = function_ ? 0.0 : slack_;
+    return at.lo > margin ? Sign{1} : at.hi < -margin ? Sign{-1} : Sign{0};
+}
+
 Vec3 SurfaceForm::gradient(const Vec3& p) const
 {
     if (function_) return function_->gradient(p);
@@ -323,19 +465,26 @@ Vec3 SurfaceForm::gradient(const Vec3& p) const
     return scale_ * (2.0 * evaluate(s_, u) * slope(s_, u) - slope(t_, u));
 }
 
-// F over a hull is F at its middle and the gradient times the way to the corners, as what is linear
-// on the hull is extreme there.
-Interval SurfaceForm::mean_range(std::span<const Vec3> hull) const
+template <class RangeOf>
+Interval SurfaceForm::function_range(std::span<const Vec3> hull, const RangeOf& range_of) const
 {
-    Box3 box;
-    Vec3 middle;
-    for (const Vec3& p : hull) {
-        box.add(p);
-        middle += p / static_cast<double>(hull.size());
-    }
-    box.add(middle);
+    const Box3 box = box_round(hull);
     const Interval natural = function_->bound(box);
     if (natural.lo > 0.0 || natural.hi < 0.0) return natural;
+    const std::vector<QuadraticModel> models = function_->quadratic_models(box);
+    Interval range = models.empty() ? mean_range(hull, box)
+                                    : Interval(std::numeric_limits<double>::infinity(),
+                                               -std::numeric_limits<double>::infinity());
+    for (const QuadraticModel& m : models)
+        range = genus::hull(range, range_of(polynomial_of(m), m.at, slack_of(m, box)));
+    return {std::max(natural.lo, range.lo), std::min(natural.hi, range.hi)};
+}
+
+// F over a hull is F at its middle and the gradient times the way to the corners, as what is linear
+// on the hull is extreme there.
+Interval SurfaceForm::mean_range(std::span<const Vec3> hull, const Box3& box) const
+{
+    const Vec3 middle = box.center();
     const IntervalVec3 g = function_->gradient_bound(box);
     const Interval centre = function_->bound({middle, middle});
     Interval mean(std::numeric_limits<double>::infinity(),
@@ -346,12 +495,15 @@ Interval SurfaceForm::mean_range(std::span<const Vec3> hull) const
             change = change + g[i] * (Interval(p[i]) - Interval(middle[i]));
         mean = genus::hull(mean, change);
     }
-    return {std::max(natural.lo, mean.lo), std::min(natural.hi, mean.hi)};
+    return mean;
 }
 
 Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle) const
 {
-    if (function_) return mean_range(triangle);
+    if (function_)
+        return function_range(triangle, [&](const Quadratic& q, const Vec3& at, double slack) {
+            return quadratic_range(q, about(at, triangle), slack);
+        });
     const std::array<Vec3, 3> p{triangle[0] - origin_, triangle[1] - origin_,
                                 triangle[2] - origin_};
     if (is_plane()) {
@@ -416,7 +568,10 @@ Interval SurfaceForm::range_from(const std::array<double, 3>& values,
 
 Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
 {
-    if (function_) return mean_range(tet);
+    if (function_)
+        return function_range(tet, [&](const Quadratic& q, const Vec3& at, double slack) {
+            return hull_of(coefficients<4>(q, about(at, tet)), 1.0, slack);
+        });
     const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
                                 tet[3] - origin_};
     if (is_plane()) {
@@ -430,27 +585,18 @@ Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
 
 Interval SurfaceForm::range(std::span<const Vec3> hull) const
 {
-    if (function_) return mean_range(hull);
-    if (kind_ == Surface::Kind::Torus) {
-        Box3 box;
-        for (const Vec3& p : hull) box.add(p);
-        return range(box);
-    }
-    // A quadratic form at a mean of points is the same mean of its polar form at their pairs.
-    std::array<double, 8> value{};
-    require(hull.size() <= value.size(), "range: at most eight points");
-    double lo = std::numeric_limits<double>::infinity(), hi = -lo;
-    const auto add = [&](double x) {
-        lo = std::min(lo, x);
-        hi = std::max(hi, x);
+    std::array<Vec3, 8> p;
+    require(hull.size() <= p.size(), "range: at most eight points");
+    const auto about_point = [&](const Vec3& origin) {
+        for (std::size_t i = 0; i < hull.size(); ++i) p[i] = hull[i] - origin;
+        return std::span<const Vec3>(p).first(hull.size());
     };
-    for (std::size_t i = 0; i < hull.size(); ++i) add(value[i] = evaluate(q_, hull[i] - origin_));
-    if (!is_plane())
-        for (std::size_t i = 0; i < hull.size(); ++i)
-            for (std::size_t j = i + 1; j < hull.size(); ++j)
-                add(2.0 * evaluate(q_, 0.5 * (hull[i] + hull[j]) - origin_) -
-                    0.5 * (value[i] + value[j]));
-    return {lo - slack_, hi + slack_};
+    if (function_)
+        return function_range(hull, [&](const Quadratic& q, const Vec3& at, double slack) {
+            return quadratic_range(q, about_point(at), false, slack);
+        });
+    if (kind_ == Surface::Kind::Torus) return range(box_round(hull));
+    return quadratic_range(q_, about_point(origin_), is_plane(), slack_);
 }
 
 double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& direction,
@@ -458,9 +604,7 @@ double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& directio
 {
     const double margin = 2.0 * gradient_slack_ * norm(direction);
     if (!is_quadratic()) {
-        Box3 box;
-        for (const Vec3& p : hull) box.add(p);
-        const IntervalVec3 g = gradient_range(box);
+        const IntervalVec3 g = gradient_range(box_round(hull));
         const Interval slope = (g[0] * direction[0] + g[1] * direction[1] + g[2] * direction[2]);
         return (slope * sign).lo - margin;
     }
@@ -499,9 +643,14 @@ std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& directi
 Interval SurfaceForm::range(const Box3& box) const
 {
     if (function_) {
-        std::array<Vec3, 8> corners;
-        for (std::size_t k = 0; k < 8; ++k) corners[k] = box.corner(k);
-        return mean_range(corners);
+        const std::array<Vec3, 2> ends{box.min, box.max};
+        return function_range(ends, [&](const Quadratic& q, const Vec3& at, double slack) {
+            Vec3 half;
+            for (std::size_t i = 0; i < 3; ++i)
+                half[i] = std::max(box.max[i] - at[i], at[i] - box.min[i]);
+            const Interval r = range_round(q, Vec3{}, half);
+            return Interval(r.lo - slack, r.hi + slack);
+        });
     }
     if (kind_ != Surface::Kind::Torus) {
         const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
@@ -523,7 +672,16 @@ Interval SurfaceForm::range(const Box3& box) const
 
 IntervalVec3 SurfaceForm::gradient_range(const Box3& box) const
 {
-    if (function_) return function_->gradient_bound(box);
+    if (function_) {
+        const std::vector<QuadraticModel> models = function_->quadratic_models(box);
+        if (models.empty()) return function_->gradient_bound(box);
+        IntervalVec3 slope = slope_of(models[0], box);
+        for (const QuadraticModel& m : models) {
+            const IntervalVec3 other = slope_of(m, box);
+            for (std::size_t i = 0; i < 3; ++i) slope[i] = hull(slope[i], other[i]);
+        }
+        return slope;
+    }
     const IntervalVec3 b = to_intervals({box.min - origin_, box.max - origin_});
     if (kind_ != Surface::Kind::Torus) return slope_range(q_, b);
     const Interval s = range_of(s_, b);
@@ -551,10 +709,11 @@ double SurfaceForm::linear_error(const std::array<Vec3, 4>& tet) const
 {
     if (is_plane()) return 0.0;
     if (function_) {
+        const Box3 box = box_round(tet);
+        const std::vector<QuadraticModel> models = function_->quadratic_models(box);
+        if (!models.empty()) return linear_error_of(models, box, tet);
         // F - L is a mean of (g - g0) . (p - corner), g in the bounds of the gradient and g0 its
         // middle; along an axis the mean of |p - corner| is at most half the width.
-        Box3 box;
-        for (const Vec3& corner : tet) box.add(corner);
         const IntervalVec3 g = function_->gradient_bound(box);
         double error = 0.0;
         for (std::size_t i = 0; i < 3; ++i) error += 0.25 * g[i].width() * box.size()[i];
@@ -563,16 +722,7 @@ double SurfaceForm::linear_error(const std::array<Vec3, 4>& tet) const
     const std::array<Vec3, 4> p{tet[0] - origin_, tet[1] - origin_, tet[2] - origin_,
                                 tet[3] - origin_};
     double most = 0.0;
-    if (kind_ == Surface::Kind::Quadric) {
-        // F - L has the edge coefficients e_ij alone, and sum 2 l_i l_j over pairs is at most 3/4.
-        const auto b = coefficients<4>(q_, p);
-        const auto& pair = tables<4>().pair;
-        for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = i + 1; j < 4; ++j)
-                most = std::max(most,
-                                std::fabs(b[pair[i][j]] - 0.5 * (b[pair[i][i]] + b[pair[j][j]])));
-        return 0.75 * most;
-    }
+    if (kind_ == Surface::Kind::Quadric) return linear_error_of(q_, p);
     const auto b = torus_coefficients<4>(s_, t_, p);
     const auto& table = tables<4>();
     std::array<double, 4> corner{};

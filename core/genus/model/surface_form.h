@@ -10,14 +10,16 @@
 #include "genus/base/interval.h"
 #include "genus/base/vec.h"
 #include "genus/model/csg_field.h"
+#include "genus/model/sign_formula.h"
 
 namespace genus {
 
 /// A surface of a CsgField as polynomials, made for bounds over triangles and tetrahedra: a
 /// quadratic has six Bernstein coefficients over a triangle and ten over a tetrahedron, the quartic
 /// of a torus is a product of quadratics. The coefficients enclose the range, sharply for planes
-/// and for small simplices. A function that is no polynomial is bounded by intervals: its value at
-/// the middle and its gradient over the box round the simplex.
+/// and for small simplices. Any other function is, over the box round a simplex, within bounds of a
+/// quadratic, or of one for each of its smooth pieces there; where it has no second derivatives, of
+/// its value at the middle plus its gradient over the box times the way.
 ///
 /// Bounds hold for points of the box given to the constructor: `slack` covers all rounding there.
 ///
@@ -74,16 +76,21 @@ public:
     IntervalVec3 gradient_range(const Box3& box) const;
     /// Largest difference between F and its linear interpolant over the tetrahedron, as a bound.
     double linear_error(const std::array<Vec3, 4>& tet) const;
-    /// Rounding error of `value`, at most, in the box; a guess if not `is_bounded`.
+    /// Rounding error of `value`, at most, in the box; of a function a guess, not to be used in
+    /// proofs.
     double slack() const { return slack_; }
-    /// False for a function whose rounding error has no bound, as next to a pole.
-    bool is_bounded() const { return bounded_; }
+    /// The sign of F at p, 0 where rounding leaves it open.
+    Sign sign(const Vec3& p) const;
 
 private:
     // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
     using Quadratic = std::array<double, 10>;
 
-    Interval mean_range(std::span<const Vec3> hull) const;
+    /// The range of a function over the hull of points, `range_of(q, at, slack)` being that of a
+    /// quadratic about a point.
+    template <class RangeOf>
+    Interval function_range(std::span<const Vec3> hull, const RangeOf& range_of) const;
+    Interval mean_range(std::span<const Vec3> hull, const Box3& box) const;
     void note_axis(const std::array<double, 10>& polynomial);
 
     Surface::Kind kind_;
@@ -93,7 +100,6 @@ private:
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
-    bool bounded_ = true;
     int across_ = -1;  // the axis that a plane is perpendicular to, and where
     double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
