@@ -41,7 +41,8 @@ public:
         double cell = std::max({size[0], size[1], size[2]}) / 15.7;
         double reached = std::numeric_limits<double>::infinity();
         std::int64_t expected = 0;
-        double finer = 0.5;
+        double finer = 0.5, before = std::numeric_limits<double>::infinity();
+        int n_stuck = 0;
         for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
             finer = 0.5;
             if (expected > options_.max_triangles) break;
@@ -51,6 +52,10 @@ public:
             const double measured = measure_deviation(mesh, formula_, forms_, box_);
             clock_.end("measure");
             reached = kReserve * measured;
+            // As at the jump of a function, where no grid comes nearer to what is estimated.
+            n_stuck = reached > kStuck * before ? n_stuck + 1 : 0;
+            before = reached;
+            if (n_stuck == kMostStuck && !(reached <= result_.tolerance)) break;
             if (!(reached <= result_.tolerance)) continue;
             const bool sound = validate(mesh.mesh).ok();
             clock_.end("gate");
@@ -72,7 +77,8 @@ public:
 
 private:
     static constexpr double kReserve = 1.5;
-    static constexpr int kMaxGrids = 10;
+    static constexpr int kMaxGrids = 10, kMostStuck = 3;
+    static constexpr double kStuck = 0.9;
     static constexpr double kOtherGrid = 0.87;
 
     IndexedMesh on_grid(double cell)

@@ -86,25 +86,27 @@ TEST(ImplicitSolid, RaysAreOrdered)
 // Volumes by symmetry, by Pappus' theorem or for balls; the mesh is within the bound of each.
 TEST(ImplicitSolid, SmoothFunctionsAreProvenWithTheRightGenus)
 {
-    const double half = kPi + 0.2;
     const struct {
         const char* text;
         double half, tolerance;
         int euler;
         double volume, area;  // about
+        bool always = false;
     } cases[] = {
         // F(-p) = -F(p): half the box is inside.
-        {"sin(x)*cos(y) + sin(y)*cos(z) + sin(z)*cos(x)", half, 0.1, 0, 4 * half * half * half,
-         350},
-        {"(sqrt(x^2 + y^2) - 2)^2 + z^2 - 0.25", 3, 0.05, 0, kPi * kPi, 40},
+        {"sin(x)*cos(y) + sin(y)*cos(z) + sin(z)*cos(x)", 1.7, 0.1, 4, 19.652, 45, true},
+        {"sin(x)*cos(y) + sin(y)*cos(z) + sin(z)*cos(x)", 3.3, 0.1, 0, 143.748, 350},
+        {"(sqrt(x^2 + y^2) - 2)^2 + z^2 - 0.25", 3, 0.05, 0, kPi * kPi, 40, true},
         {"(x^2 + y^2 + z^2 + 3.75)^2 - 16*(x^2 + y^2)", 3, 0.05, 0, kPi * kPi, 40},
         {"hypot(hypot(x, y) - 2, z) - 0.5", 3, 0.05, 0, kPi * kPi, 40},
-        {"sqrt(x^2 + y^2 + z^2) - 1", 1.5, 0.02, 2, 4 * kPi / 3, 13},
-        {"1 <= 1/(x^2 + y^2 + z^2)", 1.5, 0.02, 2, 4 * kPi / 3, 13},
+        {"sqrt(x^2 + y^2 + z^2) - 1", 1.5, 0.02, 2, 4 * kPi / 3, 13, true},
+        {"1 <= 1/(x^2 + y^2 + z^2)", 1.5, 0.02, 2, 4 * kPi / 3, 13, true},
+        {"repeat(x, 1)^2 + y^2 + z^2 - 0.09", 1.45, 0.1, 6, 3 * 4 * kPi / 3 * 0.027, 3.5, true},
         {"repeat(x, 1)^2 + repeat(y, 1)^2 + repeat(z, 1)^2 - 0.09", 1.45, 0.1, 54,
          27 * 4 * kPi / 3 * 0.027, 31},
     };
     for (const auto& c : cases) {
+        if (!c.always && !std::getenv("GENUS_LONG")) continue;
         SCOPED_TRACE(c.text);
         const MeshedSolid made = meshed(formula(c.text, c.half), c.tolerance);
         EXPECT_TRUE(made.error.certified);
@@ -142,14 +144,13 @@ TEST(ImplicitSolid, EdgesOfAFormulaAreExact)
         meshed(formula("max(abs(x) - 1, abs(y) - 0.8, abs(z) - 0.6)", 1.5), 0.1);
     EXPECT_TRUE(box.error.certified);
     EXPECT_NEAR(volume(box.mesh), 8 * 0.48, 1e-12);
-    const MeshedSolid plate =
-        meshed(formula("max(abs(z) - 0.5, max(abs(x), abs(y)) - 1.4, 0.3 - hypot(repeat(x, 1), "
-                       "repeat(y, 1)))",
-                       2),
-               0.05);
+    const MeshedSolid plate = meshed(
+        formula("max(abs(z) - 0.5, abs(x) - 1.4, abs(y) - 0.5, 0.3 - hypot(repeat(x, 1), y))", 2),
+        0.1);
     EXPECT_TRUE(plate.error.certified);
-    EXPECT_EQ(topology(plate.mesh).genus, 9);
-    EXPECT_NEAR(volume(plate.mesh), 2.8 * 2.8 - 9 * kPi * 0.09, 40 * plate.error.bound);
+    EXPECT_EQ(topology(plate.mesh).genus, 3);
+    EXPECT_NEAR(volume(plate.mesh), 2.8 - 3 * kPi * 0.09, 17 * plate.error.bound);
+    if (!std::getenv("GENUS_LONG")) return;
     const MeshedSolid sheet =
         meshed(formula("abs(cos(x) + cos(y) + cos(z)) - 0.5", 0.5 * kPi), 0.1);
     EXPECT_TRUE(sheet.error.certified);
@@ -157,9 +158,10 @@ TEST(ImplicitSolid, EdgesOfAFormulaAreExact)
 
 TEST(ImplicitSolid, WhatCannotBeProvenIsEstimated)
 {
-    // The function jumps where it is zero; roots without a bounded slope at their ends.
+    // The function jumps at many places where it is zero; roots without a bounded slope at their
+    // ends.
     const MeshedSolid jump =
-        meshed(formula("sqrt(x^2 + y^2 + z^2) - 1 + 1e-4*floor(20*x)", 1.5), 0.1);
+        meshed(formula("sqrt(x^2 + y^2 + z^2) - 1 + 1e-4*floor(50*x)", 1.5), 0.1);
     EXPECT_EQ(topology(jump.mesh).euler, 2);
     EXPECT_FALSE(jump.error.certified);
     EXPECT_NE(jump.error.doubt, "");
