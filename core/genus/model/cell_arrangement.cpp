@@ -220,7 +220,7 @@ void CellArrangement::cut(const CellPiece& piece, std::size_t i, std::size_t j,
                           std::vector<CellPiece>& out) const
 {
     const std::size_t n = piece.vertices.size();
-    std::vector<int> sign(n);
+    std::array<int, CellPiece::kMostSides> sign{};
     int changes = 0;
     for (std::size_t k = 0; k < n; ++k) sign[k] = sign_at(piece.vertices[k], j);
     for (std::size_t k = 0; k < n; ++k) changes += sign[k] != sign[(k + 1) % n];

@@ -20,11 +20,30 @@ struct CellVertex {
     bool operator==(const CellVertex&) const = default;
 };
 
+/// Up to N items, in place.
+template <class T, std::size_t N>
+class FewItems {
+public:
+    void push_back(const T& item) { items_.at(n_++) = item; }
+    std::size_t size() const { return n_; }
+    const T& operator[](std::size_t i) const { return items_[i]; }
+    T* begin() { return items_.data(); }
+    T* end() { return items_.data() + n_; }
+    const T* begin() const { return items_.data(); }
+    const T* end() const { return items_.data() + n_; }
+
+private:
+    std::array<T, N> items_{};
+    std::size_t n_ = 0;
+};
+
 /// A convex piece of the plane of one surface. `label[i]` names what the side from vertex i lies
 /// on: a local surface number, or -1 - f for the face of the cell opposite corner f.
 struct CellPiece {
-    std::vector<CellVertex> vertices;
-    std::vector<int> labels;
+    // Each of nine other surfaces adds one to the four sides a plane has at most.
+    static constexpr std::size_t kMostSides = 16;
+    FewItems<CellVertex, kMostSides> vertices;
+    FewItems<int, kMostSides> labels;
     unsigned signs = 0;  // bit j set: outside surface j
 };
 
@@ -43,14 +62,15 @@ public:
     /// The plane of surface i cut by all surfaces in `cutters`, normals towards larger values.
     std::vector<CellPiece> cut_plane(std::size_t i, const std::vector<std::size_t>& cutters) const;
 
+    /// The same without cuts.
+    CellPiece plane(std::size_t i) const;
+
     Vec3 position(const CellVertex& v) const;
 
     const CellRow& row(std::size_t i) const { return rows_[i]; }
 
 private:
     CellVertex edge_vertex(int m, int n, std::size_t i) const;
-
-    CellPiece plane(std::size_t i) const;
 
     static bool even(const std::array<int, 4>& order);
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
@@ -341,8 +342,7 @@ private:
             signs_[surfaces[0]] = -1;
             const bool turned = f.sign(signs_) > 0;
             if (f.sign(signs_) == outside) return;
-            add_loop(cell, cell.cut_plane(0, {})[0].vertices, turned, 0, surfaces, codes, corners,
-                     part);
+            add_loop(cell, cell.plane(0).vertices, turned, 0, surfaces, codes, corners, part);
             return;
         }
         // inside[bits]: the formula where bit j says "outside surface j".
@@ -368,7 +368,8 @@ private:
                     }
             std::vector<CellPiece> pieces = cell.cut_plane(i, cutters);
             if (cutters.empty()) {
-                const std::vector<CellVertex>& all = pieces[0].vertices;
+                const std::vector<CellVertex> all(pieces[0].vertices.begin(),
+                                                  pieces[0].vertices.end());
                 if (const int b = border(pieces[0].signs); b != 0)
                     loops.push_back({{all, std::vector<char>(all.size(), 0)}, i, b < 0});
                 continue;
@@ -431,7 +432,7 @@ private:
         return kept;
     }
 
-    void add_loop(const CellArrangement& cell, const std::vector<CellVertex>& loop, bool turned,
+    void add_loop(const CellArrangement& cell, std::span<const CellVertex> loop, bool turned,
                   std::size_t own, const std::vector<std::int32_t>& surfaces,
                   const std::array<std::uint64_t, 4>& codes, const std::array<Vec3, 4>& corners,
                   Part& part)

@@ -295,7 +295,8 @@ void CutFace::fill_strip(const Side& upper, const Side& lower)
 std::array<double, 2> CutFace::own_distance(const std::array<Vec3, 3>& p, double g) const
 {
     if (form_->is_plane()) return {0.0, 0.0};
-    const Interval r = form_->deviation(p);
+    const Interval r =
+        form_->is_quadratic() ? SurfaceForm::deviation_of(form_->bends(p)) : form_->deviation(p);
     const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
     return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
 }

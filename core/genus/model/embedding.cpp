@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "genus/base/parallel.h"
@@ -30,23 +31,32 @@ double largest_coordinate(const IndexedMesh& mesh)
     return most;
 }
 
-// The map from the prism over `below` and `above` keeps orientation everywhere, for all corners
-// within `blur` of these in each coordinate.
-bool keeps_orientation(const Corners& below, const Corners& above, double blur)
+// A face on K-, in the fine mesh or on K+: its first two sides from corner 0, and its normal.
+struct Layer {
+    Vec3 a, b, normal;
+
+    explicit Layer(const Corners& c) : a(c[1] - c[0]), b(c[2] - c[0]), normal(cross(a, b)) {}
+};
+
+// The map from the prism between two layers keeps orientation everywhere, for all corners within
+// `blur` of these in each coordinate. With n and m the normals of the layers and u_k the fibres,
+// the mixed product of normals is n + m less that of the differences of the sides, and the latter
+// has the same product with all three fibres: their determinant.
+bool keeps_orientation(const Layer& below, const Layer& above, const Corners& fibres, double side,
+                       double blur)
 {
-    const Vec3 a = below[1] - below[0], b = below[2] - below[0];
-    const Vec3 c = above[1] - above[0], d = above[2] - above[0];
-    const std::array<Vec3, 3> normals{cross(a, b), cross(a, d) + cross(c, b), cross(c, d)};
-    const Corners fibres{above[0] - below[0], above[1] - below[1], above[2] - below[2]};
-    const double side = std::max({largest(a), largest(b), largest(c), largest(d)});
-    const double fibre = std::max({largest(fibres[0]), largest(fibres[1]), largest(fibres[2])});
-    // Each of the 12 products of three factors in a coefficient errs by the blur of each factor,
-    // twice that of a corner, and a few roundings of itself.
-    const double error = 12.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
-    for (const Vec3& n : normals)
-        for (const Vec3& f : fibres)
-            if (!(dot(n, f) > error)) return false;
-    return true;
+    const Vec3 mixed = cross(above.a - below.a, above.b - below.b);
+    const double twist = dot(mixed, fibres[0]);
+    double fibre = 0.0, least = std::numeric_limits<double>::infinity();
+    for (const Vec3& f : fibres) {
+        const double first = dot(below.normal, f), last = dot(above.normal, f);
+        least = std::min({least, first, last, first + last - twist});
+        fibre = std::max(fibre, largest(f));
+    }
+    // Each of the 36 products of three factors in a coefficient errs by the blur of each factor, up
+    // to four times that of a corner, and a few roundings of itself.
+    const double error = 72.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
+    return least > error;
 }
 
 class PrismsOfFaces {
@@ -64,11 +74,7 @@ public:
         std::vector<char> bad(n_faces(), 0);
         parallel_for(n_faces(), 1024, [&](std::size_t begin, std::size_t end) {
             for (std::size_t f = begin; f < end; ++f) {
-                const std::array<Corners, 3> c = corners(f);
-                bad[f] =
-                    keeps_orientation(c[0], c[1], blur_) && keeps_orientation(c[1], c[2], blur_)
-                        ? 0
-                        : 1;
+                bad[f] = keeps_orientation(corners(f)) ? 0 : 1;
             }
         });
         std::vector<Box3> boxes;
@@ -79,6 +85,21 @@ public:
 
 private:
     std::size_t n_faces() const { return fine_.surface.mesh.n_faces(); }
+
+    bool keeps_orientation(const std::array<Corners, 3>& c) const
+    {
+        const Layer inner(c[0]), middle(c[1]), outer(c[2]);
+        double side = 0.0;
+        for (const Layer* layer : {&inner, &middle, &outer})
+            side = std::max({side, largest(layer->a), largest(layer->b)});
+        Corners in, out;
+        for (std::size_t i = 0; i < 3; ++i) {
+            in[i] = c[1][i] - c[0][i];
+            out[i] = c[2][i] - c[1][i];
+        }
+        return genus::keeps_orientation(inner, middle, in, side, blur_) &&
+               genus::keeps_orientation(middle, outer, out, side, blur_);
+    }
 
     // On K-, of the face, and on K+.
     std::array<Corners, 3> corners(std::size_t f) const

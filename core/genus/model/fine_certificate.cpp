@@ -26,16 +26,7 @@ public:
             double tolerance)
         : fine_(fine), m_(fine.surface), formula_(formula), forms_(forms), tolerance_(tolerance)
     {
-        offset_.assign(m_.mesh.n_vertices(), {0.0, 0.0});
-        rounding_.assign(m_.mesh.n_vertices(), 0.0);
         first_offsets();
-        for (const int side : {0, 1}) {
-            corner_[side].resize(offset_.size());
-            value_[side].resize(offset_.size());
-        }
-        parallel_for(offset_.size(), 2048, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t v = begin; v < end; ++v) move(v);
-        });
     }
 
     // Returns the faces of the coarse mesh in which signs are missing in the end.
@@ -53,10 +44,7 @@ public:
                 for (const std::int32_t v : m_.mesh.faces[f]) moved[v] |= open[f];
             }
             for (std::size_t v = 0; v < moved.size(); ++v)
-                if (moved[v] != 0 && widen(v, moved[v])) {
-                    move(v);
-                    any = true;
-                }
+                if (moved[v] != 0) any = widen(v, moved[v]) || any;
             if (!any) break;
         }
         std::vector<std::int32_t> failed;
@@ -70,28 +58,30 @@ public:
 
     void report(Certificate& c) const
     {
+        c.rounding = rounding_;
         for (std::size_t v = 0; v < offset_.size(); ++v) {
             const double length = norm(fine_.direction[v]);
             const double share = std::max(offset_[v][0], offset_[v][1]) * length;
             c.bound = std::max(c.bound, share);
             double& part = m_.surfaces_of_vertex[v][1] >= 0 ? c.creases : c.faces;
             part = std::max(part, share);
-            c.rounding = std::max(c.rounding, rounding_[v] * length);
         }
     }
 
-    // Of N+ and N-.
-    const std::vector<Vec3>& vertices(int side) const { return corner_[side]; }
+    // A vertex of N+ (side 0) or N-.
+    Vec3 corner(std::int32_t v, int side) const
+    {
+        const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
+        return m_.mesh.vertices[v] + step * fine_.direction[v];
+    }
 
 private:
-    void move(std::size_t v)
+    // The values there of the first surface that the vertex stands on.
+    std::array<double, 2> values_at(std::size_t v) const
     {
         const SurfaceForm& form = forms_[m_.surfaces_of_vertex[v][0]];
-        for (const int side : {0, 1}) {
-            const double step = side == 0 ? offset_[v][0] : -offset_[v][1];
-            corner_[side][v] = m_.mesh.vertices[v] + step * fine_.direction[v];
-            value_[side][v] = form.value(corner_[side][v]);
-        }
+        const auto i = static_cast<std::int32_t>(v);
+        return {form.value(corner(i, 0)), form.value(corner(i, 1))};
     }
 
     double rounding_at(std::size_t v) const
@@ -106,19 +96,25 @@ private:
 
     void first_offsets()
     {
-        const std::size_t n = m_.mesh.n_faces();
-        parallel_for(m_.mesh.n_vertices(), 2048, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t v = begin; v < end; ++v) rounding_[v] = rounding_at(v);
-        });
-        for (std::size_t f = 0; f < n; ++f)
+        const std::size_t n = m_.mesh.n_vertices();
+        offset_.assign(n, {0.0, 0.0});
+        value_.resize(n);
+        for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f)
             for (const std::int32_t v : m_.mesh.faces[f])
                 for (const std::size_t side : {0u, 1u})
-                    offset_[v][side] =
-                        std::max(offset_[v][side], 1.01 * fine_.distance[f][side] + rounding_[v]);
-        for (std::size_t v = 0; v < offset_.size(); ++v) {
-            const double most = largest(v);
-            for (double& a : offset_[v]) a = std::min(a, most);
-        }
+                    offset_[v][side] = std::max(offset_[v][side], fine_.distance[f][side]);
+        constexpr std::size_t kGrain = 2048;
+        std::vector<double> roundings(n / kGrain + 1, 0.0);
+        parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+            double& worst = roundings[begin / kGrain];
+            for (std::size_t v = begin; v < end; ++v) {
+                const double rounding = rounding_at(v), most = largest(v);
+                for (double& a : offset_[v]) a = std::min(1.01 * a + rounding, most);
+                value_[v] = values_at(v);
+                worst = std::max(worst, rounding * norm(fine_.direction[v]));
+            }
+        });
+        rounding_ = *std::max_element(roundings.begin(), roundings.end());
     }
 
     // No share of the bound passes the tolerance, not by rounding either.
@@ -134,9 +130,10 @@ private:
         for (const std::size_t side : {0u, 1u}) {
             double& a = offset_[v][side];
             if ((sides >> side & 1) == 0 || a >= most) continue;
-            a = std::min(most, std::max(kGrowth * a + rounding_[v], kFirstStep * most));
+            a = std::min(most, std::max(kGrowth * a + rounding_at(v), kFirstStep * most));
             changed = true;
         }
+        if (changed) value_[v] = values_at(v);
         return changed;
     }
 
@@ -200,19 +197,16 @@ private:
     Sign sign_of(const Triangle& t, int side, std::int32_t s) const
     {
         const SurfaceForm& form = forms_[s];
+        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
         std::array<double, 3> values;
         for (std::size_t i = 0; i < 3; ++i)
-            values[i] = m_.surfaces_of_vertex[t[i]][0] == s ? value_[side][t[i]]
-                                                            : form.value(corner_[side][t[i]]);
-        const std::array<Vec3, 3> p{corner_[side][t[0]], corner_[side][t[1]], corner_[side][t[2]]};
+            values[i] = m_.surfaces_of_vertex[t[i]][0] == s ? value_[t[i]][side] : form.value(p[i]);
         if (form.is_quadratic()) {
-            // What is between the values at corners is a third of the largest bend at most.
-            const double a = form.bend(p[1] - p[0]), b = form.bend(p[2] - p[1]),
-                         c = form.bend(p[0] - p[2]);
-            const double below = std::max({0.0, a, b, c}) / 3.0 + 2.0 * form.slack(),
-                         above = std::max({0.0, -a, -b, -c}) / 3.0 + 2.0 * form.slack();
-            if (std::min({values[0], values[1], values[2]}) > below) return 1;
-            if (std::max({values[0], values[1], values[2]}) < -above) return -1;
+            const Interval between = SurfaceForm::deviation_of(form.bends(p));
+            if (std::min({values[0], values[1], values[2]}) + between.lo > 2.0 * form.slack())
+                return 1;
+            if (std::max({values[0], values[1], values[2]}) + between.hi < -2.0 * form.slack())
+                return -1;
         }
         const Interval range = form.range(p, values);
         return range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
@@ -224,10 +218,8 @@ private:
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
     std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
-    std::vector<double> rounding_;
-    // Of N+ and N-: the vertices, and there the values of the first surface that each stands on.
-    std::array<std::vector<Vec3>, 2> corner_;
-    std::array<std::vector<double>, 2> value_;
+    std::vector<std::array<double, 2>> value_;
+    double rounding_ = 0.0;  // the largest share of it
 };
 
 // A vertex of each component.
@@ -246,13 +238,14 @@ std::vector<std::int32_t> one_of_each(const IndexedMesh& mesh)
     return found;
 }
 
-// How often the mesh winds round p: faces left less faces entered on the way along x.
-int winding_number(const std::vector<Vec3>& vertices, const std::vector<Triangle>& faces,
+// How often N+ (side 0) or N- winds round p: faces left less faces entered on the way along x.
+int winding_number(const Offsets& offsets, int side, const std::vector<Triangle>& faces,
                    const Vec3& p)
 {
     IndexedMesh ahead;  // the faces the way may meet, each with vertices of its own
     for (const Triangle& t : faces) {
-        const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+        const Vec3 a = offsets.corner(t[0], side), b = offsets.corner(t[1], side),
+                   c = offsets.corner(t[2], side);
         const auto beside = [&](std::size_t i) {
             return std::max({a[i], b[i], c[i]}) < p[i] || std::min({a[i], b[i], c[i]}) > p[i];
         };
@@ -286,8 +279,8 @@ Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
     if (c.failed_faces.empty()) {
         const std::vector<Triangle>& faces = fine.surface.mesh.faces;
         for (const std::int32_t v : one_of_each(coarse.mesh)) {
-            if (winding_number(offsets.vertices(0), faces, sandwich.inner.vertices[v]) == 1 &&
-                winding_number(offsets.vertices(1), faces, sandwich.outer.vertices[v]) == 0)
+            if (winding_number(offsets, 0, faces, sandwich.inner.vertices[v]) == 1 &&
+                winding_number(offsets, 1, faces, sandwich.outer.vertices[v]) == 0)
                 continue;
             c.failed_faces.resize(coarse.mesh.n_faces());
             std::iota(c.failed_faces.begin(), c.failed_faces.end(), 0);

@@ -1,6 +1,7 @@
 #include "genus/model/flexible_mesh.h"
 
 #include <algorithm>
+#include <array>
 
 #include "genus/base/error.h"
 #include "genus/mesh/sides.h"
@@ -182,16 +183,25 @@ bool FlexibleMesh::flip(std::int32_t s)
 
 bool FlexibleMesh::can_collapse(std::int32_t s) const
 {
-    const std::int32_t a = from_[s], b = to(s), c = apex(s), d = apex(twin_[s]);
-    if (c == d) return false;
-    int common = 0, valence_a = 0, valence_b = 0;
+    const std::int32_t a = from_[s], b = to(s);
+    if (apex(s) == apex(twin_[s])) return false;
+    std::array<std::int32_t, 32> ring;
+    std::size_t valence_a = 0, valence_b = 0, common = 0;
+    visit_ring(b, [&](std::int32_t y) {
+        if (valence_b < ring.size()) ring[valence_b] = to(y);
+        ++valence_b;
+    });
+    const bool fits = valence_b <= ring.size();
     visit_ring(a, [&](std::int32_t x) {
         ++valence_a;
         const std::int32_t w = to(x);
         if (w == b) return;
-        visit_ring(b, [&](std::int32_t y) { common += to(y) == w; });
+        if (fits)
+            common +=
+                static_cast<std::size_t>(std::count(ring.begin(), ring.begin() + valence_b, w));
+        else
+            visit_ring(b, [&](std::int32_t y) { common += to(y) == w; });
     });
-    visit_ring(b, [&](std::int32_t) { ++valence_b; });
     return common == 2 && valence_a + valence_b > 7;
 }
 

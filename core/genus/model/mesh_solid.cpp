@@ -56,7 +56,7 @@ constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
-constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.96;
+constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.92;
 constexpr double kCreaseShare = 0.15;            // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;           // of the diagonal, as a tolerance to work to
 constexpr double kCoarsestFunction = 1.0 / 128;  // second derivatives are bounded in small faces

@@ -358,6 +358,29 @@ void join_coincident(FlexibleMesh& mesh, const Shaper& shaper)
             mesh.collapse(s);
 }
 
+// One sweep over all edges where something has changed. Returns the number of flips.
+std::int64_t flip_all(FlexibleMesh& mesh, Shaper& shaper, Changes& changes)
+{
+    constexpr double kGain = 1.3;
+    std::vector<char> right(static_cast<std::size_t>(mesh.n_sides() / 3),
+                            -1);  // of faces, if known
+    const auto is_right = [&](std::int32_t s) {
+        char& known = right[static_cast<std::size_t>(s / 3)];
+        if (known < 0) known = shaper.face_shape(s).faces_right ? 1 : 0;
+        return known != 0;
+    };
+    std::int64_t done = 0;
+    for (std::int32_t s = 0; s < mesh.n_sides(); ++s) {
+        if (!mesh.alive(s) || mesh.twin(s) < s || !changes.round_edge(s)) continue;
+        if (!shaper.try_flip(s, kGain, is_right)) continue;
+        for (const std::int32_t side : {s, mesh.twin(s)})
+            right[static_cast<std::size_t>(side / 3)] = -1;
+        changes.note_flip(s);
+        ++done;
+    }
+    return done;
+}
+
 }  // namespace
 
 void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
@@ -377,12 +400,7 @@ void coarsen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms)
             changes.note_collapse(a, b);
             ++done;
         }
-        for (std::int32_t s = 0; s < mesh.n_sides(); ++s) {
-            if (!mesh.alive(s) || mesh.twin(s) < s || !changes.round_edge(s)) continue;
-            if (!shaper.try_flip(s, 1.3)) continue;
-            changes.note_flip(s);
-            ++done;
-        }
+        done += flip_all(mesh, shaper, changes);
         if (done == 0) return;
         changes.next_round();
     }

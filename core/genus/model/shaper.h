@@ -80,20 +80,27 @@ public:
         if (!kind_allows(s) || !m_.can_collapse(s)) return false;
         const std::int32_t a = m_.from(s), b = m_.to(s);
         const double limit = kLongest * std::max(m_.cell_size(a), m_.cell_size(b));
-        double before = 1.0, after = 1.0;
-        bool right_before = true, right_after = true, too_long = false;
+        double after = 1.0;
+        bool right_after = true, too_long = false;
         m_.visit_ring(a, [&](std::int32_t x) {
-            const Shape old = face_shape(x);
-            before = std::min(before, old.height_ratio);
-            right_before = right_before && old.faces_right;
-            if (m_.to(x) == b || m_.apex(x) == b) return;
-            too_long = too_long || distance(m_.point(b), m_.point(m_.to(x))) > limit;
+            if (too_long || m_.to(x) == b || m_.apex(x) == b) return;
+            too_long = distance(m_.point(b), m_.point(m_.to(x))) > limit;
             const Shape now =
                 shape(m_.point(b), m_.point(m_.to(x)), m_.point(m_.apex(x)), m_.label(x));
             after = std::min(after, now.height_ratio);
             right_after = right_after && now.faces_right;
         });
-        if (too_long || (right_before && !right_after)) return false;
+        if (too_long) return false;
+        if (right_after && after >= kGoodShape) return true;
+        // No worse than before will do.
+        double before = 1.0;
+        bool right_before = true;
+        m_.visit_ring(a, [&](std::int32_t x) {
+            const Shape old = face_shape(x);
+            before = std::min(before, old.height_ratio);
+            right_before = right_before && old.faces_right;
+        });
+        if (right_before && !right_after) return false;
         return after >= std::min(before, kGoodShape);
     }
 
@@ -123,20 +130,24 @@ public:
     }
 
     // Flips an edge inside a face if the worse of its two triangles gets better by it.
-    bool try_flip(std::int32_t s, double gain)
+    // `is_right(t)` tells of side t whether the normal of its face agrees with the exact ones.
+    template <class IsRight>
+    bool try_flip(std::int32_t s, double gain, IsRight&& is_right)
     {
         if (m_.is_crease(s)) return false;
         const std::int32_t t = m_.twin(s);
-        const Shape p = face_shape(s), q = face_shape(t);
-        const double before = std::min(p.height_ratio, q.height_ratio);
         const Vec3 &a = m_.point(m_.from(s)), &b = m_.point(m_.to(s));
         const Vec3 &c = m_.point(m_.apex(s)), &d = m_.point(m_.apex(t));
-        const bool rights = !p.faces_right || !q.faces_right;
-        if (!rights && std::min(height_ratio(d, c, a), height_ratio(c, d, b)) <= gain * before)
-            return false;
+        const double before = std::min(height_ratio(a, b, c), height_ratio(b, a, d));
+        const double after = std::min(height_ratio(d, c, a), height_ratio(c, d, b));
+        if (after <= gain * before && is_right(s) && is_right(t)) return false;
         if (!shape(d, c, a, m_.label(s)).faces_right || !shape(c, d, b, m_.label(s)).faces_right)
             return false;
         return m_.flip(s);
+    }
+    bool try_flip(std::int32_t s, double gain)
+    {
+        return try_flip(s, gain, [&](std::int32_t t) { return face_shape(t).faces_right; });
     }
 
 protected:

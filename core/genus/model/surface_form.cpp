@@ -373,17 +373,6 @@ Box3 box_round(std::span<const Vec3> hull)
 
 }  // namespace
 
-double most_between(const std::array<double, 3>& k)
-{
-    const double largest = std::max({0.0, k[0], k[1], k[2]}), on_edge = 0.25 * largest;
-    const double sum = k[0] + k[1] + k[2];
-    if (!(std::min({k[0], k[1], k[2]}) > 0.0 && 2.0 * largest < sum)) return on_edge;
-    const double products = k[0] * k[1] + k[1] * k[2] + k[2] * k[0];
-    const double inside = k[0] * k[1] * k[2] / (4.0 * products - sum * sum);
-    // A third bounds it in any case, so thin triangles lose nothing by rounding.
-    return std::max(on_edge, std::min(largest / 3.0, inside));
-}
-
 SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
     : kind_(surface.kind), function_(surface.function), origin_(box.center())
 {
@@ -441,11 +430,10 @@ void SurfaceForm::note_axis(const std::array<double, 10>& polynomial)
         }
 }
 
-double SurfaceForm::value(const Vec3& p) const
+double SurfaceForm::other_value(const Vec3& p) const
 {
     if (function_) return function_->value(p);
     const Vec3 u = p - origin_;
-    if (kind_ != Surface::Kind::Torus) return evaluate(q_, u);
     const double s = evaluate(s_, u);
     return scale_ * (s * s - evaluate(t_, u));
 }
@@ -457,11 +445,10 @@ Sign SurfaceForm::sign(const Vec3& p) const
     return at.lo > margin ? Sign{1} : at.hi < -margin ? Sign{-1} : Sign{0};
 }
 
-Vec3 SurfaceForm::gradient(const Vec3& p) const
+Vec3 SurfaceForm::other_gradient(const Vec3& p) const
 {
     if (function_) return function_->gradient(p);
     const Vec3 u = p - origin_;
-    if (kind_ != Surface::Kind::Torus) return slope(q_, u);
     return scale_ * (2.0 * evaluate(s_, u) * slope(s_, u) - slope(t_, u));
 }
 
@@ -537,9 +524,7 @@ Interval SurfaceForm::deviation(const std::array<Vec3, 3>& triangle) const
         const Interval all = range(triangle);
         return {all.lo - *hi, all.hi - *lo};
     }
-    const std::array<double, 3> k{bend(triangle[1] - triangle[0]), bend(triangle[2] - triangle[1]),
-                                  bend(triangle[0] - triangle[2])};
-    return {-most_between(k), most_between({-k[0], -k[1], -k[2]})};
+    return deviation_of(bends(triangle));
 }
 
 Interval SurfaceForm::range_from(const std::array<double, 3>& values,

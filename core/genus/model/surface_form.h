@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -13,6 +14,21 @@
 #include "genus/model/sign_formula.h"
 
 namespace genus {
+
+/// The most of the sum of k_ij b_i b_j over pairs i < j, b barycentric in a triangle with a
+/// quadratic form k_ij on its edges. Where the form is the square of a length, that is the square
+/// of half the longest edge or, if all angles are acute, of the radius of the circle through the
+/// corners; any other form has its most on an edge.
+inline double most_between(const std::array<double, 3>& k)
+{
+    const double largest = std::max({0.0, k[0], k[1], k[2]}), on_edge = 0.25 * largest;
+    const double sum = k[0] + k[1] + k[2];
+    if (!(std::min({k[0], k[1], k[2]}) > 0.0 && 2.0 * largest < sum)) return on_edge;
+    const double products = k[0] * k[1] + k[1] * k[2] + k[2] * k[0];
+    const double inside = k[0] * k[1] * k[2] / (4.0 * products - sum * sum);
+    // A third bounds it in any case, so thin triangles lose nothing by rounding.
+    return std::max(on_edge, std::min(largest / 3.0, inside));
+}
 
 /// A surface of a CsgField as polynomials, made for bounds over triangles and tetrahedra: a
 /// quadratic has six Bernstein coefficients over a triangle and ten over a tetrahedron, the quartic
@@ -41,8 +57,24 @@ public:
         return x * (q_[4] * x + q_[7] * y + q_[8] * z) + y * (q_[5] * y + q_[9] * z) +
                q_[6] * z * z;
     }
-    double value(const Vec3& p) const;
-    Vec3 gradient(const Vec3& p) const;
+    /// The bends of the edges of a triangle, and by how much a quadratic with these may be below
+    /// and above the linear function with its values at the corners: exact, but for rounding.
+    std::array<double, 3> bends(const std::array<Vec3, 3>& triangle) const
+    {
+        return {bend(triangle[1] - triangle[0]), bend(triangle[2] - triangle[1]),
+                bend(triangle[0] - triangle[2])};
+    }
+    static Interval deviation_of(const std::array<double, 3>& bends)
+    {
+        const bool all_one_way = std::min({bends[0], bends[1], bends[2]}) >= 0.0;
+        return {-most_between(bends),
+                all_one_way ? 0.0 : most_between({-bends[0], -bends[1], -bends[2]})};
+    }
+    double value(const Vec3& p) const { return is_quadratic() ? quadratic_at(p) : other_value(p); }
+    Vec3 gradient(const Vec3& p) const
+    {
+        return is_quadratic() ? quadratic_slope(p) : other_gradient(p);
+    }
     /// A point of a plane across an axis, with that coordinate as the plane has it: Newton's method
     /// leaves it a rounding away. Of any other surface, the point itself.
     Vec3 straightened(Vec3 p) const
@@ -86,6 +118,21 @@ private:
     // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
     using Quadratic = std::array<double, 10>;
 
+    double quadratic_at(const Vec3& p) const
+    {
+        const double x = p[0] - origin_[0], y = p[1] - origin_[1], z = p[2] - origin_[2];
+        return q_[0] + x * (q_[1] + q_[4] * x + q_[7] * y + q_[8] * z) +
+               y * (q_[2] + q_[5] * y + q_[9] * z) + z * (q_[3] + q_[6] * z);
+    }
+    Vec3 quadratic_slope(const Vec3& p) const
+    {
+        const double x = p[0] - origin_[0], y = p[1] - origin_[1], z = p[2] - origin_[2];
+        return {{q_[1] + 2.0 * q_[4] * x + q_[7] * y + q_[8] * z,
+                 q_[2] + q_[7] * x + 2.0 * q_[5] * y + q_[9] * z,
+                 q_[3] + q_[8] * x + q_[9] * y + 2.0 * q_[6] * z}};
+    }
+    double other_value(const Vec3& p) const;
+    Vec3 other_gradient(const Vec3& p) const;
     /// The range of a function over the hull of points, `range_of(q, at, slack)` being that of a
     /// quadratic about a point.
     template <class RangeOf>
@@ -104,12 +151,6 @@ private:
     double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
 };
-
-/// The most of the sum of k_ij b_i b_j over pairs i < j, b barycentric in a triangle with a
-/// quadratic form k_ij on its edges. Where the form is the square of a length, that is the square
-/// of half the longest edge or, if all angles are acute, of the radius of the circle through the
-/// corners; any other form has its most on an edge.
-double most_between(const std::array<double, 3>& k);
 
 /// The shortest d with normal_i . d >= demand_i for all i, or nothing if there is none (or none
 /// shorter than 1000). Up to a few dozen constraints; enumerates the up to three that bind.

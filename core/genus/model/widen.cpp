@@ -120,20 +120,27 @@ private:
         if (m_.touches(a) || !kind_allows(s) || !m_.can_collapse(s)) return false;
         const bool along_curve = m_.is_crease(s);
         bool fits = true;
-        double before = 1.0, after = 1.0;
+        double after = 1.0;
         m_.visit_ring(a, [&](std::int32_t x) {
-            const Vec3 &p = m_.point(m_.to(x)), &q = m_.point(m_.apex(x));
-            before = std::min(before, roundness(m_.point(a), p, q, m_.label(x)));
             if (!fits || m_.to(x) == b) return;
+            const Vec3 &p = m_.point(m_.to(x)), &q = m_.point(m_.apex(x));
             if (along_curve && m_.is_crease(x)) fits = flat_curve(x, m_.point(b));
             if (m_.apex(x) == b) return;
             fits = fits && bend(m_.label(x), m_.point(b), p) <= kLong;
             if (fits) after = std::min(after, roundness(m_.point(b), p, q, m_.label(x)));
-            fits = fits && after > 0.0 && (after >= kRound || after > before);
+            fits = fits && after > 0.0;
         });
+        if (fits && after < kRound) fits = after > least_roundness(a);
         if (!fits) return false;
         m_.collapse(s);
         return true;
+    }
+
+    double least_roundness(std::int32_t v) const
+    {
+        double least = 1.0;
+        m_.visit_ring(v, [&](std::int32_t x) { least = std::min(least, roundness(x)); });
+        return least;
     }
 
     // Whether the curve stays flat beside its faces if it goes from p to the end of x.
@@ -176,14 +183,12 @@ private:
     {
         if (m_.touches(v) || m_.n_creases(v) > 0) return;
         Vec3 sum;
-        double n = 0.0, before = 1.0, after = 1.0;
+        double n = 0.0, after = 1.0;
         std::int32_t label = 0;
         m_.visit_ring(v, [&](std::int32_t s) {
             label = m_.label(s);
             sum += m_.point(m_.to(s));
             n += 1.0;
-            before = std::min(
-                before, roundness(m_.point(v), m_.point(m_.to(s)), m_.point(m_.apex(s)), label));
         });
         const SurfaceForm& form = forms_[label >> 1];
         const Vec3 middle = sum / n, way = normalized(form.gradient(middle));
@@ -193,7 +198,7 @@ private:
         m_.visit_ring(v, [&](std::int32_t s) {
             after = std::min(after, roundness(p, m_.point(m_.to(s)), m_.point(m_.apex(s)), label));
         });
-        if (!(after > before)) return;
+        if (!(after > least_roundness(v))) return;
         m_.move(v, p);
         changes_.note_move(v);
     }
