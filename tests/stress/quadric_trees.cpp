@@ -34,8 +34,8 @@ std::string class_of(const std::string& text)
 
 struct Totals {
     std::uint32_t wrong = 0, refused = 0, empty = 0, on_surfaces = 0, on_both = 0;
-    std::uint32_t touching = 0, grids = 0, apart = 0, other_form = 0, other_form_touching = 0,
-                  other_form_of_grid = 0;
+    std::uint32_t touching = 0, grids = 0, proven = 0, apart = 0, other_form = 0,
+                  other_form_touching = 0, other_form_of_grid = 0;
     std::vector<double> ratios;
     std::map<std::string, int> reasons;
     std::map<std::string, double> seconds;
@@ -67,10 +67,12 @@ struct Totals {
                  const genus::quadric_trees::OverGrid& grid)
     {
         ++grids;
+        proven += grid.certified;
         if (grid.apart > outcome.bound + grid.bound) {
             ++apart;
-            std::printf("seed %u: the roads are %g apart, their bounds %g and, sampled, %g\n", seed,
-                        grid.apart, outcome.bound, grid.bound);
+            std::printf("seed %u: the roads are %g apart, their bounds %g and, %s, %g\n", seed,
+                        grid.apart, outcome.bound, grid.certified ? "proven" : "estimated",
+                        grid.bound);
         }
         if (grid.euler == outcome.euler) return;
         const bool stays = grid.euler_finer && *grid.euler_finer == outcome.euler;
@@ -96,7 +98,8 @@ struct Totals {
         std::printf("all vertices on a surface to 1e-12: %u; those at sharp edges on two: %u\n",
                     on_surfaces, on_both);
         std::printf("touch themselves: %u\n", touching);
-        std::printf("over grids too: %u, farther apart than both bounds %u\n", grids, apart);
+        std::printf("over grids too: %u, %u of them proven; farther apart than both bounds %u\n",
+                    grids, proven, apart);
         std::printf(
             "of another form there: %u that touch themselves, %u whose form from cells "
             "stays at an eighth of the tolerance, %u others\n",

@@ -65,15 +65,16 @@ inline OffSurface off_surface(const IndexedMesh& mesh, const CsgField& field)
     return off;
 }
 
-/// What the road over a grid says. It proves nothing, but every vertex of plain marching cubes lies
-/// on the exact surface, which no step of the other road has a part in.
+/// What the road over a grid says. Every vertex of plain marching cubes lies on the exact surface,
+/// which no step of the other road has a part in; its proof by boxes is another one as well.
 struct OverGrid {
     std::int64_t euler = 0;
     /// Where it differs from that of the cells: that of cells at an eighth of the tolerance.
     std::optional<std::int64_t> euler_finer;
     double farthest_vertex = 0.0;  // from the mesh of cells
     double apart = 0.0;            // the two meshes, by sampling both ways
-    double bound = 0.0;            // what the grid road thinks of its own
+    double bound = 0.0;            // of the grid road
+    bool certified = false;        // else it is estimated
 };
 
 struct Outcome {
@@ -106,6 +107,7 @@ inline std::optional<OverGrid> go_by_grid(const Solid& tree, MeshMethod method, 
     OverGrid result;
     result.euler = topology(other.mesh).euler;
     result.bound = other.error.bound;
+    result.certified = other.error.certified;
     if (other.mesh.faces.empty()) return result;
     DistanceOptions fast;
     fast.precision = 0.0;
@@ -170,6 +172,9 @@ inline Outcome try_tree(std::uint32_t seed, const Request& request)
         if (outcome.grid && *request.grid == MeshMethod::Mc &&
             outcome.grid->farthest_vertex > outcome.bound)
             outcome.wrong = "a point of the surface is farther from the mesh than the bound";
+        if (outcome.grid && outcome.grid->certified &&
+            outcome.grid->apart > outcome.bound + outcome.grid->bound)
+            outcome.wrong = "the two roads are farther apart than both bounds";
         if (outcome.grid && outcome.grid->euler != outcome.euler && !outcome.touches) {
             *options.tolerance /= 8.0;
             options.measure = false;

@@ -9,8 +9,10 @@
 #include "genus/base/error.h"
 #include "genus/mesh/validate.h"
 #include "genus/model/cell_mesh.h"
+#include "genus/model/certificate.h"
 #include "genus/model/csg_field.h"
 #include "genus/model/deviation.h"
+#include "genus/model/mesh_bound.h"
 #include "genus/model/sign_formula.h"
 #include "genus/model/stage_clock.h"
 #include "genus/model/surface_form.h"
@@ -29,9 +31,10 @@ public:
           clock_(result.seconds),
           field_(solid),
           formula_(field_),
-          box_(box.inflated(0.01 * box.diagonal()))
+          box_(box.inflated(0.01 * box.diagonal())),
+          cube_(cell_cube(box_))
     {
-        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, box_);
+        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, cube_);
         clock_.end("field");
     }
 
@@ -43,10 +46,11 @@ public:
         std::int64_t expected = 0;
         double finer = 0.5, before = std::numeric_limits<double>::infinity();
         int n_stuck = 0;
+        int n_sound = 0;
         for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
             finer = 0.5;
-            if (expected > options_.max_triangles) break;
-            const SurfaceMesh mesh = labelled(on_grid(cell));
+            if (expected > options_.max_triangles || n_sound == kMostProofs) break;
+            SurfaceMesh mesh = labelled(on_grid(cell));
             clock_.end("mesh");
             expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
             const double measured = measure_deviation(mesh, formula_, forms_, box_);
@@ -63,11 +67,27 @@ public:
                 finer = kOtherGrid;
                 continue;
             }
-            result_.error = {
-                reached, false, measured, {{"sampled", reached}}, "distances were sampled only"};
-            result_.explanation.add("samples of the grid decided by bounds of blocks",
-                                    report_.decided, "samples");
-            result_.mesh = mesh.mesh;
+            const Proof proof = prove(mesh, measured);
+            clock_.end("certify");
+            if (proof == Proof::Refuted) continue;
+            const bool is_proven = proof == Proof::Given;
+            ++n_sound;
+            if (!is_proven && n_sound > 1) continue;  // the first is as good
+            if (!is_proven) {
+                const double sampled = kReserve * measured;
+                result_.error = {sampled,
+                                 false,
+                                 measured,
+                                 {{"sampled", sampled}},
+                                 "distances were sampled only"};
+            }
+            result_.mesh = std::move(mesh.mesh);
+            decided_ = report_.decided;
+            if (is_proven) break;
+        }
+        if (n_sound > 0) {
+            result_.explanation.add("samples of the grid decided by bounds of blocks", decided_,
+                                    "samples");
             return;
         }
         throw ToleranceNotMet(
@@ -80,6 +100,36 @@ private:
     static constexpr int kMaxGrids = 10, kMostStuck = 3;
     static constexpr double kStuck = 0.9;
     static constexpr double kOtherGrid = 0.87;
+    // Grids of which a proof is tried, and boxes for one, a face.
+    static constexpr int kMostProofs = 2;
+    static constexpr std::int64_t kMostBoxes = 24;
+
+    enum class Proof { Given, None, Refuted };
+
+    /// Proves a bound within the tolerance: by a sandwich, as good as the mesh where it is smooth,
+    /// else by boxes, which sharp edges that plain marching cubes cut off do not disturb.
+    Proof prove(const SurfaceMesh& mesh, double measured)
+    {
+        for (const SurfaceForm& form : forms_)
+            if (!form.is_bounded()) return Proof::None;
+        const auto given = [&](double bound, std::vector<std::pair<std::string, double>> parts) {
+            if (measured > bound) return Proof::None;
+            result_.error = {bound, true, measured, std::move(parts), ""};
+            return Proof::Given;
+        };
+        const double tolerance = result_.tolerance;
+        const Certificate c = certify(mesh, formula_, forms_, cube_, tolerance);
+        if (c.n_failed == 0)
+            return given(
+                c.bound,
+                {{"faces", c.faces}, {"edges and corners", c.creases}, {"rounding", c.rounding}});
+        const auto n_faces = static_cast<std::int64_t>(mesh.mesh.n_faces());
+        const double enough = std::max(kReserve * measured, 0.5 * tolerance);
+        const MeshBound found = bound_by_boxes(mesh.mesh, formula_, forms_, box_, enough, tolerance,
+                                               kMostBoxes * n_faces);
+        if (found.is_exceeded) return Proof::Refuted;
+        return found.bound ? given(*found.bound, {{"boxes", *found.bound}}) : Proof::None;
+    }
 
     IndexedMesh on_grid(double cell)
     {
@@ -121,8 +171,9 @@ private:
     StageClock clock_;
     CsgField field_;
     SignFormula formula_;
-    Box3 box_;
-    SamplingReport report_;  // of the last grid
+    Box3 box_, cube_;
+    SamplingReport report_;     // of the last grid
+    std::int64_t decided_ = 0;  // samples of the grid that was taken
     std::vector<SurfaceForm> forms_;
 };
 

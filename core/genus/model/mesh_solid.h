@@ -14,8 +14,8 @@ namespace genus {
 enum class MeshMethod {
     Auto,     ///< certified: exact boolean for polyhedra, adaptive cells for curved solids
     Boolean,  ///< exact boolean of leaf meshes
-    Emc,      ///< extended marching cubes on a uniform grid, sharp edges kept; error sampled
-    Mc        ///< marching cubes, sharp edges cut off by up to a cell; error sampled
+    Emc,      ///< extended marching cubes on a uniform grid, sharp edges kept; see grid_road.h
+    Mc        ///< marching cubes, sharp edges cut off by up to a cell; as above
 };
 
 struct MeshOptions {
