@@ -34,7 +34,10 @@ public:
           box_(box.inflated(0.01 * box.diagonal())),
           cube_(cell_cube(box_))
     {
-        for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, cube_);
+        for (const Surface& s : field_.surfaces()) {
+            forms_.emplace_back(s, cube_);
+            is_polynomial_ = is_polynomial_ && !s.function;
+        }
         clock_.end("field");
     }
 
@@ -67,10 +70,13 @@ public:
                 finer = kOtherGrid;
                 continue;
             }
-            const Proof proof = prove(mesh, measured);
+            const Proof proof = is_polynomial_ ? prove(mesh, measured) : Proof{false};
             clock_.end("certify");
-            if (proof == Proof::Refuted) continue;
-            const bool is_proven = proof == Proof::Given;
+            if (proof.exceeded > 0.0) {
+                reached = proof.exceeded;
+                continue;
+            }
+            const bool is_proven = proof.is_given;
             ++n_sound;
             if (!is_proven && n_sound > 1) continue;  // the first is as good
             if (!is_proven) {
@@ -83,7 +89,7 @@ public:
             }
             result_.mesh = std::move(mesh.mesh);
             decided_ = report_.decided;
-            if (is_proven) break;
+            if (is_proven || !is_polynomial_) break;
         }
         if (n_sound > 0) {
             result_.explanation.add("samples of the grid decided by bounds of blocks", decided_,
@@ -104,18 +110,19 @@ private:
     static constexpr int kMostProofs = 2;
     static constexpr std::int64_t kMostBoxes = 24;
 
-    enum class Proof { Given, None, Refuted };
+    struct Proof {
+        bool is_given;
+        double exceeded = 0.0;  // more than the tolerance, if a place so far away was found
+    };
 
     /// Proves a bound within the tolerance: by a sandwich, as good as the mesh where it is smooth,
     /// else by boxes, which sharp edges that plain marching cubes cut off do not disturb.
     Proof prove(const SurfaceMesh& mesh, double measured)
     {
-        for (const SurfaceForm& form : forms_)
-            if (!form.is_bounded()) return Proof::None;
         const auto given = [&](double bound, std::vector<std::pair<std::string, double>> parts) {
-            if (measured > bound) return Proof::None;
+            if (measured > bound) return Proof{false};
             result_.error = {bound, true, measured, std::move(parts), ""};
-            return Proof::Given;
+            return Proof{true};
         };
         const double tolerance = result_.tolerance;
         const Certificate c = certify(mesh, formula_, forms_, cube_, tolerance);
@@ -127,8 +134,8 @@ private:
         const double enough = std::max(kReserve * measured, 0.5 * tolerance);
         const MeshBound found = bound_by_boxes(mesh.mesh, formula_, forms_, box_, enough, tolerance,
                                                kMostBoxes * n_faces);
-        if (found.is_exceeded) return Proof::Refuted;
-        return found.bound ? given(*found.bound, {{"boxes", *found.bound}}) : Proof::None;
+        if (!found.bound) return {false, found.exceeded};
+        return given(*found.bound, {{"boxes", *found.bound}});
     }
 
     IndexedMesh on_grid(double cell)
@@ -172,7 +179,8 @@ private:
     CsgField field_;
     SignFormula formula_;
     Box3 box_, cube_;
-    SamplingReport report_;     // of the last grid
+    SamplingReport report_;  // of the last grid
+    bool is_polynomial_ = true;
     std::int64_t decided_ = 0;  // samples of the grid that was taken
     std::vector<SurfaceForm> forms_;
 };

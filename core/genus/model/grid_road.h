@@ -4,11 +4,12 @@
 
 namespace genus {
 
-/// The road over a uniform grid: marching cubes, plain (MeshMethod::Mc) or extended. The
-/// grid is halved until the sampled deviation leaves a third of the tolerance in reserve. Then a
+/// The road over a uniform grid: marching cubes, plain (MeshMethod::Mc) or extended. The grid
+/// is halved until the sampled deviation leaves a third of the tolerance in reserve. Then a
 /// bound is proven, by `certify` or else by boxes (mesh_bound.h); where boxes find a place that is
 /// farther than the tolerance, as a thin tip that the grid cut off, it is halved on. If neither
-/// comes to an end on two grids, as where surfaces touch, the error is estimated and says so.
+/// comes to an end on two grids, as where surfaces touch, the error is estimated and says so; so it
+/// is for functions, of which the certified road proves more at less cost.
 /// Fills mesh, error, seconds and explanation of `result`, whose tolerance is given.
 /// Throws ToleranceNotMet if no grid within `max_triangles` will do.
 void mesh_over_grid(const Solid& solid, const Box3& box, const MeshOptions& options,

@@ -24,10 +24,7 @@ constexpr double kUp = 1.0 + 1e-9;     // covers what distances round
 Sign side_of(const SignFormula& formula, const std::vector<SurfaceForm>& forms, const Vec3& q,
              std::vector<Sign>& signs)
 {
-    for (const std::int32_t s : formula.surfaces()) {
-        const double value = forms[s].value(q), slack = forms[s].slack();
-        signs[s] = value > slack ? Sign{1} : value < -slack ? Sign{-1} : Sign{0};
-    }
+    for (const std::int32_t s : formula.surfaces()) signs[s] = forms[s].sign(q);
     return formula.sign(signs);
 }
 
@@ -48,8 +45,9 @@ public:
         for (int depth = 0; !open.empty(); ++depth) {
             current_progress().check();
             look_at(open, most);
-            if (std::any_of(open.begin(), open.end(), [](const Open& o) { return o.is_far; }))
-                return {std::nullopt, true};
+            double exceeded = 0.0;
+            for (const Open& o : open) exceeded = std::max(exceeded, o.exceeded);
+            if (exceeded > 0.0) return {std::nullopt, exceeded};
             // Once halving all of them would be too much, only those are that have to be.
             const auto n_above = std::count_if(
                 open.begin(), open.end(), [&](const Open& o) { return !is_done(o, enough, most); });
@@ -65,7 +63,7 @@ public:
             if (n_boxes > max_boxes || (depth == kDeepestBox && !next.empty())) return {};
             open = std::move(next);
         }
-        return {bound, false};
+        return {bound, 0.0};
     }
 
 private:
@@ -73,7 +71,7 @@ private:
         Box3 box;
         std::shared_ptr<const SignFormula> formula;
         double farthest = 0.0;  // no point of the surface in the box is farther from the mesh
-        bool is_far = false;    // one is too far
+        double exceeded = 0.0;  // one is that far, if that is too much
     };
 
     // Small ones would gain little.
@@ -100,7 +98,7 @@ private:
                 const double away = tree_.nearest(o.box.center()).distance;
                 const double half = 0.5 * o.box.diagonal();
                 o.farthest = kUp * (away + half);
-                o.is_far = away > kUp * (most + half) && has_surface(o, signs);
+                if (away > kUp * (most + half) && has_surface(o, signs)) o.exceeded = away - half;
             }
         });
     }
@@ -286,7 +284,7 @@ MeshBound bound_by_boxes(const IndexedMesh& mesh, const SignFormula& formula,
     if (!result.bound) return result;
     const auto there = mesh_to_surface(mesh, formula, forms, box, enough, most);
     if (!there) return {};
-    return {std::max(*there, *result.bound), false};
+    return {std::max(*there, *result.bound), 0.0};
 }
 
 }  // namespace genus

@@ -12,8 +12,8 @@ namespace genus {
 
 struct MeshBound {
     std::optional<double> bound;
-    /// True if a point of the surface was found that is farther than `most` from the mesh.
-    bool is_exceeded = false;
+    /// So far from the mesh is a point of the surface that was found, if that is more than `most`.
+    double exceeded = 0.0;
 };
 
 /// How far a closed mesh and the surface S of the solid {F <= 0} are from each other, proven with

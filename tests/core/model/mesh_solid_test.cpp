@@ -270,7 +270,9 @@ TEST(MeshSolid, BoxesBoundWhatNoSampleFinds)
     ASSERT_TRUE(found.bound);
     EXPECT_GE(*found.bound, cut - 0.01);
     EXPECT_LE(*found.bound, 0.3);
-    EXPECT_TRUE(by_boxes(blunt, cone, 0.1, 0.2).is_exceeded);
+    const double exceeded = by_boxes(blunt, cone, 0.1, 0.2).exceeded;
+    EXPECT_GT(exceeded, 0.2);
+    EXPECT_LE(exceeded, cut + 0.01);
     // The other way: a mesh that has what the solid has not.
     const IndexedMesh whole = mesh_solid(cone, options).mesh;
     const Solid blunt_solid = intersect({cone, half_space({{0, 0, 1}}, 4 - cut)});
