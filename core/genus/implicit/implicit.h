@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "genus/base/interval.h"
@@ -26,6 +27,10 @@ public:
     virtual Interval bound(const Box3& box) const = 0;
     /// Holds the gradient of every branch that is active somewhere in the box.
     virtual IntervalVec3 gradient_bound(const Box3& box) const = 0;
+
+    /// The same function for points of the box only, quicker to evaluate there: same values and
+    /// gradients, bounds at least as tight. Null if it would not be quicker. Refers to this one.
+    virtual std::shared_ptr<const Implicit> within(const Box3&) const { return nullptr; }
 
     // A function with creases is made of smooth pieces: at every point F is one of them or its
     // negative. A smooth function is its own only piece.

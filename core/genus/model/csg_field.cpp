@@ -206,6 +206,64 @@ IntervalVec3 Surface::gradient_bound(const Box3& box) const
     return g;
 }
 
+namespace {
+
+std::size_t count_terms(const std::vector<Instruction>& code)
+{
+    std::size_t n = 0;
+    for (const Instruction& i : code) n += i.terms.size();
+    return n;
+}
+
+// A field inside a box. Pieces are told by the whole field, whose numbers they have.
+class FieldWithin final : public Implicit {
+public:
+    FieldWithin(const CsgField& whole, CsgField::Pruned&& here)
+        : whole_(whole), here_(std::move(here))
+    {
+    }
+
+    static std::shared_ptr<const Implicit> make(const CsgField& whole, CsgField::Pruned&& here,
+                                                std::size_t n_terms)
+    {
+        if (here.constant_sign != 0 || count_terms(here.instructions) >= n_terms) return nullptr;
+        return std::make_shared<const FieldWithin>(whole, std::move(here));
+    }
+
+    double value(const Vec3& p) const override { return whole_.value(here_, p); }
+    Vec3 gradient(const Vec3& p) const override { return whole_.gradient(here_, p); }
+    Interval bound(const Box3& box) const override { return whole_.bound(here_, box); }
+    IntervalVec3 gradient_bound(const Box3& box) const override
+    {
+        return whole_.gradient_bound(here_, box);
+    }
+    std::shared_ptr<const Implicit> within(const Box3& box) const override
+    {
+        return make(whole_, whole_.prune(here_, box), count_terms(here_.instructions));
+    }
+    std::int32_t piece(const Vec3& p) const override { return whole_.piece(p); }
+    double piece_value(std::int32_t piece, const Vec3& p) const override
+    {
+        return whole_.piece_value(piece, p);
+    }
+    Vec3 piece_gradient(std::int32_t piece, const Vec3& p) const override
+    {
+        return whole_.piece_gradient(piece, p);
+    }
+
+private:
+    const CsgField& whole_;
+    CsgField::Pruned here_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Implicit> CsgField::within(const Box3& box) const
+{
+    if (instructions_.empty()) return nullptr;
+    return FieldWithin::make(*this, prune(box), count_terms(instructions_));
+}
+
 CsgField::CsgField(const Solid& solid)
 {
     LoweredTree tree = lower(solid);

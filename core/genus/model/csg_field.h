@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -76,6 +77,10 @@ public:
     Vec3 gradient(const Vec3& p) const override;
     Interval bound(const Box3& box) const override;
     IntervalVec3 gradient_bound(const Box3& box) const override;
+
+    /// What is left of the field in the box, if that is less, and does not have one sign
+    /// throughout.
+    std::shared_ptr<const Implicit> within(const Box3& box) const override;
 
     /// The pieces are the surfaces, and of functions with creases their pieces; -1 where the field
     /// is constant or too many pieces are.

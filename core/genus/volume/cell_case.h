@@ -12,8 +12,7 @@ namespace genus {
 ///
 /// Implements [nielson1991], section 3.
 template <typename Samples>
-const CubeCase& case_of(const CubeCases& cases, const Samples& samples,
-                        const CrossedCells::Cell& cell)
+const CubeCase& case_of(const CubeCases& cases, const Samples& samples, const CrossedCell& cell)
 {
     const std::uint8_t ambiguous = kAmbiguousFaces[cell.cube];
     std::uint8_t joined = 0;

@@ -66,9 +66,10 @@ Vec3 ExactCrossings::operator()(int axis, std::int32_t i, std::int32_t j, std::i
         return frame.origin[axis] + (at + t) * frame.spacing[axis];
     };
     const bool within = samples_.is_true(i, j, k) && samples_.is_true(end[0], end[1], end[2]);
+    const Implicit& field = samples_.field_at(i, j, k);
     const auto value = [&](double t) {
         p[axis] = place(t);
-        return samples_.field().value(p) - samples_.level();
+        return field.value(p) - samples_.level();
     };
     p[axis] = place(within ? find_root(value, a, b) : linear_root(a, b));
     return p;

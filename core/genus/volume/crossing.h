@@ -51,7 +51,7 @@ public:
         p[axis] = frame_.origin[axis] + (at[axis] + t) * frame_.spacing[axis];
         return in_order(p);
     }
-    Vec3 inner(const CrossedCells::Cell& cell, const Vec3& unit) const
+    Vec3 inner(const CrossedCell& cell, const Vec3& unit) const
     {
         const double pad = samples_.pad();
         return in_order(
@@ -73,7 +73,7 @@ public:
 
     static constexpr bool mirrored() { return false; }
     Vec3 operator()(int axis, std::int32_t i, std::int32_t j, std::int32_t k) const;
-    Vec3 inner(const CrossedCells::Cell& cell, const Vec3& unit) const
+    Vec3 inner(const CrossedCell& cell, const Vec3& unit) const
     {
         const double pad = samples_.pad();
         return samples_.frame().point(cell.i - pad + unit[0], cell.j - pad + unit[1],

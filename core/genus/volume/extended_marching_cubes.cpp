@@ -39,25 +39,18 @@ std::uint64_t rim_key(std::int32_t a, std::int32_t b)
 class Extractor {
 public:
     Extractor(const FieldSamples& samples, const FeatureOptions& features)
-        : samples_(samples),
-          features_(features),
-          cells_(samples.size(), [&](std::uint64_t* bits, std::size_t words) {
-              decided_ = samples.mark_inside(bits, words);
-          })
+        : samples_(samples), features_(features), cells_(samples.bits())
     {
-        cells_.number([](const CrossedCells::Cell&) { return CrossedCells::RowCounts{}; });
+        cells_.number([](const CrossedCell&) { return CrossedCells<TiledBits>::RowCounts{}; });
     }
-
-    /// Samples that bounds decided.
-    std::int64_t decided() const { return decided_; }
 
     IndexedMesh extract()
     {
         cross_edges();
-        std::vector<Part> parts((cells_.n_rows() + kRowsPerTask - 1) / kRowsPerTask);
-        parallel_for(cells_.n_rows(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row)
-                cells_.visit_row<true>(row, [&](const CrossedCells::Cell& cell) {
+        std::vector<Part> parts((cells_.n_slots() + kRowsPerTask - 1) / kRowsPerTask);
+        parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t slot = begin; slot < end; ++slot)
+                cells_.visit_row<true>(slot, [&](const CrossedCell& cell) {
                     fill_cell(cell, parts[begin / kRowsPerTask]);
                 });
         });
@@ -69,7 +62,7 @@ public:
 private:
     void cross_edges();
     TangentElement tangent_element(int axis, const GridIndex& at) const;
-    void fill_cell(const CrossedCells::Cell& cell, Part& part) const;
+    void fill_cell(const CrossedCell& cell, Part& part) const;
     void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
                  Part& part) const;
     void join(std::vector<Part>& parts);
@@ -78,8 +71,7 @@ private:
 
     const FieldSamples& samples_;
     const FeatureOptions& features_;
-    std::int64_t decided_ = 0;
-    CrossedCells cells_;
+    CrossedCells<TiledBits> cells_;
     std::vector<TangentElement> elements_;  // of the vertices on grid edges
     IndexedMesh mesh_;
 };
@@ -87,9 +79,9 @@ private:
 void Extractor::cross_edges()
 {
     elements_.resize(cells_.n_vertices());
-    parallel_for(cells_.n_rows(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t row = begin; row < end; ++row)
-            cells_.visit_edges(row, [&](std::int64_t vertex, int axis, int i, int j, int k) {
+    parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t slot = begin; slot < end; ++slot)
+            cells_.visit_edges(slot, [&](std::int64_t vertex, int axis, int i, int j, int k) {
                 elements_[vertex] = tangent_element(axis, {i, j, k});
             });
     });
@@ -107,10 +99,10 @@ TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
     if (!samples_.is_true(at[0], at[1], at[2])) border[axis] = -1.0;
     if (!samples_.is_true(end[0], end[1], end[2])) border[axis] = 1.0;
     if (border != Vec3{}) return {p, border, true};
-    return {p, normalized(samples_.field().gradient(p))};
+    return {p, normalized(samples_.field_at(at[0], at[1], at[2]).gradient(p))};
 }
 
-void Extractor::fill_cell(const CrossedCells::Cell& cell, Part& part) const
+void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
 {
     for (const CubeCase::Loop& loop : case_of(cube_cases(), samples_, cell).loops) {
         std::array<std::int32_t, 12> vertices;
@@ -219,7 +211,7 @@ IndexedMesh extended_marching_cubes(const Implicit& field, const Box3& box,
     const FieldSamples samples(field, cover(box, options.cell_size), options.level,
                                options.close_border, options.skip);
     Extractor extractor(samples, options.features);
-    if (options.report) *options.report = {samples.n_samples(), extractor.decided()};
+    if (options.report) *options.report = {samples.n_samples(), samples.decided()};
     return extractor.extract();
 }
 

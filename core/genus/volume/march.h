@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <type_traits>
+#include <utility>
 
 #include "genus/base/parallel.h"
 #include "genus/mesh/indexed_mesh.h"
@@ -16,7 +18,7 @@ namespace genus {
 /// The tunnel through a cell that marching cubes makes: where the trilinear interpolant has one.
 template <typename Samples>
 std::optional<CellTunnel> tunnel_of(const CubeCase& found, const Samples& samples,
-                                    const CrossedCells::Cell& cell)
+                                    const CrossedCell& cell)
 {
     if (!found.may_have_tunnel) return std::nullopt;
     std::array<double, 8> values;
@@ -85,34 +87,26 @@ template <typename Samples, typename Crossings>
 class March {
 public:
     March(const Samples& samples, const Crossings& crossings)
-        : samples_(samples),
-          crossings_(crossings),
-          cases_(cube_cases()),
-          cells_(samples.size(), [&](std::uint64_t* bits, std::size_t words) {
-              decided_ = samples.mark_inside(bits, words);
-          })
+        : samples_(samples), crossings_(crossings), cases_(cube_cases()), cells_(samples.bits())
     {
     }
 
-    /// Samples that bounds decided.
-    std::int64_t decided() const { return decided_; }
-
     IndexedMesh run()
     {
-        cells_.number([&](const CrossedCells::Cell& cell) { return count(cell); });
+        cells_.number([&](const CrossedCell& cell) { return count(cell); });
         mesh_.vertices.resize(cells_.n_vertices());
         mesh_.faces.resize(cells_.n_triangles());
-        for_rows([&](std::size_t row) {
-            cells_.visit_edges(row, [&](std::int64_t vertex, int axis, int i, int j, int k) {
+        for_slots([&](std::size_t slot) {
+            cells_.visit_edges(slot, [&](std::int64_t vertex, int axis, int i, int j, int k) {
                 mesh_.vertices[vertex] = crossings_(axis, i, j, k);
             });
         });
-        for_rows([&](std::size_t row) {
-            if (cells_.first_triangle(row) == cells_.first_triangle(row + 1)) return;
-            Place place{mesh_.faces.data() + cells_.first_triangle(row),
-                        static_cast<std::int32_t>(cells_.first_inner_vertex(row))};
-            cells_.template visit_row<true>(
-                row, [&](const CrossedCells::Cell& cell) { fill(cell, place); });
+        for_slots([&](std::size_t slot) {
+            if (cells_.first_triangle(slot) == cells_.first_triangle(slot + 1)) return;
+            Place place{mesh_.faces.data() + cells_.first_triangle(slot),
+                        static_cast<std::int32_t>(cells_.first_inner_vertex(slot))};
+            cells_.template visit_row<true>(slot,
+                                            [&](const CrossedCell& cell) { fill(cell, place); });
         });
         return std::move(mesh_);
     }
@@ -124,19 +118,21 @@ private:
         std::int32_t inner;
     };
     using Loop = CubeCase::Loop;
+    using Cells = CrossedCells<std::decay_t<decltype(std::declval<Samples>().bits())>>;
+    using RowCounts = typename Cells::RowCounts;
 
     template <typename Body>
-    void for_rows(const Body& body) const
+    void for_slots(const Body& body) const
     {
-        parallel_for(cells_.n_rows(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row) body(row);
+        parallel_for(cells_.n_slots(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t slot = begin; slot < end; ++slot) body(slot);
         });
     }
 
-    CrossedCells::RowCounts count(const CrossedCells::Cell& cell) const
+    RowCounts count(const CrossedCell& cell) const
     {
         const CubeCase& found = case_of(cases_, samples_, cell);
-        CrossedCells::RowCounts counts{found.n_inner_vertices, found.n_triangles};
+        RowCounts counts{found.n_inner_vertices, found.n_triangles};
         if (const auto tunnel = tunnel_of(found, samples_, cell)) {
             counts.inner_vertices += static_cast<std::int32_t>(WaistStrip::kWaist);
             for (const std::uint8_t edge : tunnel->edges) {
@@ -157,7 +153,7 @@ private:
         });
     }
 
-    void fill(const CrossedCells::Cell& cell, Place& place)
+    void fill(const CrossedCell& cell, Place& place)
     {
         const CubeCase& found = case_of(cases_, samples_, cell);
         const auto tunnel = tunnel_of(found, samples_, cell);
@@ -175,7 +171,7 @@ private:
         if (tunnel) fill_tunnel(cell, *first, *second, tunnel->waist, place);
     }
 
-    void fill_disc(const CrossedCells::Cell& cell, const Loop& loop, Place& place)
+    void fill_disc(const CrossedCell& cell, const Loop& loop, Place& place)
     {
         const auto vertex = [&](std::size_t n) {
             return cell.vertex[loop.edges[n % loop.edges.size()]];
@@ -190,7 +186,7 @@ private:
         mesh_.vertices[place.inner++] = sum / static_cast<double>(loop.edges.size());
     }
 
-    void fill_tunnel(const CrossedCells::Cell& cell, const Loop& first, const Loop& second,
+    void fill_tunnel(const CrossedCell& cell, const Loop& first, const Loop& second,
                      const std::array<Vec3, WaistStrip::kWaist>& unit, Place& place)
     {
         std::array<Vec3, WaistStrip::kWaist> waist;
@@ -233,8 +229,7 @@ private:
     const Samples& samples_;
     const Crossings& crossings_;
     const CubeCases& cases_;
-    std::int64_t decided_ = 0;
-    CrossedCells cells_;
+    Cells cells_;
     IndexedMesh mesh_;
 };
 

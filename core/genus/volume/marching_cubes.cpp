@@ -45,7 +45,7 @@ IndexedMesh marching_cubes(const Implicit& field, const Box3& box,
                                options.close_border, options.skip);
     const ExactCrossings crossings(samples);
     March march(samples, crossings);
-    if (options.report) *options.report = {samples.n_samples(), march.decided()};
+    if (options.report) *options.report = {samples.n_samples(), samples.decided()};
     return march.run();
 }
 

@@ -39,8 +39,9 @@ struct MarchingCubesOptions {
 /// neighbours agree and the mesh is manifold, and closed with `close_border`. Inside a cell two
 /// sheets are joined by a tunnel where the trilinear interpolant has one, so that on a grid the
 /// mesh has the topology of the interpolant. Where a vertex falls on a grid corner,
-/// triangles may have no area. Time: O(cells that no interval bound of the field decides), a
-/// crossing taking about six evaluations; memory: one bit a sample, and the mesh.
+/// triangles may have no area. Time and memory grow with the surface, not with the box: boxes that
+/// an interval bound of the field decides are passed over (FieldSamples), a crossing takes about six
+/// evaluations.
 ///
 /// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3, tunnels see
 /// cell_tunnel.h.

@@ -8,6 +8,7 @@
 
 #include "genus/base/parallel.h"
 #include "genus/volume/grid.h"
+#include "genus/volume/grid_bits.h"
 
 namespace genus {
 
@@ -16,15 +17,29 @@ namespace genus {
 std::uint64_t below(const float* values, std::int32_t n, float threshold);
 std::uint64_t below(const double* values, std::int32_t n, double threshold);
 
+/// The size with a layer all round, if padded.
+inline GridSize padded_size(GridSize size, bool padded)
+{
+    for (std::int32_t& n : size) n += padded ? 2 : 0;
+    return size;
+}
+
 /// A view of samples with, if asked for, a layer of outside samples all round. Indices count the
 /// layer: with it, sample (1, 1, 1) is the first true one.
 template <typename Value>
 class PaddedSamples {
 public:
     PaddedSamples(std::span<const Value> values, const GridSize& size, double level, bool padded)
-        : values_(values), true_size_(size), level_(level), pad_(padded ? 1 : 0)
+        : values_(values),
+          true_size_(size),
+          size_(padded_size(size, padded)),
+          level_(level),
+          pad_(padded ? 1 : 0),
+          bits_(size_)
     {
-        for (int axis = 0; axis < 3; ++axis) size_[axis] = size[axis] + 2 * pad_;
+        parallel_for(bits_.n_rows(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t row = begin; row < end; ++row) mark_row(row, bits_.words_of(row));
+        });
     }
 
     const GridSize& size() const { return size_; }
@@ -41,16 +56,8 @@ public:
         return static_cast<double>(line(j, k)[i - pad_]) - level_;
     }
 
-    /// Sets the bits of the samples below the level, as CrossedCells wants them. In parallel; none
-    /// is decided without a look at it.
-    std::int64_t mark_inside(std::uint64_t* bits, std::size_t words) const
-    {
-        const auto n_rows = static_cast<std::size_t>(size_[1]) * size_[2];
-        parallel_for(n_rows, 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row) mark_row(row, bits + row * words);
-        });
-        return 0;
-    }
+    /// Which samples are below the level.
+    const DenseBits& bits() const { return bits_; }
 
 private:
     void mark_row(std::size_t row, std::uint64_t* bits) const
@@ -84,9 +91,10 @@ private:
     }
 
     std::span<const Value> values_;
-    GridSize true_size_, size_{};
+    GridSize true_size_, size_;
     double level_;
     std::int32_t pad_;
+    DenseBits bits_;
 };
 
 }  // namespace genus
