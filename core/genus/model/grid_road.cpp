@@ -48,11 +48,12 @@ public:
         double reached = std::numeric_limits<double>::infinity();
         std::int64_t expected = 0;
         double finer = 0.5, before = std::numeric_limits<double>::infinity();
-        int n_stuck = 0;
+        int n_stuck = 0, n_slow = 0;
         int n_sound = 0;
         for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
             finer = 0.5;
             if (expected > options_.max_triangles || n_sound == kMostProofs) break;
+            const bool was_plain = is_plain_;
             SurfaceMesh mesh = labelled(on_grid(cell));
             clock_.end("mesh");
             expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
@@ -61,6 +62,10 @@ public:
             reached = kReserve * measured;
             // As at the jump of a function, where no grid comes nearer to what is estimated.
             n_stuck = reached > kStuck * before ? n_stuck + 1 : 0;
+            // Sharp features that are none, as at a jump: plain marching cubes is always sound.
+            if (reached > kSlow * before) ++n_slow;
+            if (n_slow == kMostSlow && !is_polynomial_ && options_.method == MeshMethod::Auto)
+                is_plain_ = true;
             before = reached;
             if (n_stuck == kMostStuck && !(reached <= result_.tolerance)) break;
             if (!(reached <= result_.tolerance)) continue;
@@ -88,6 +93,7 @@ public:
                                  "distances were sampled only"};
             }
             result_.mesh = std::move(mesh.mesh);
+            if (was_plain) result_.method = "mc";
             decided_ = report_.decided;
             if (is_proven || !is_polynomial_) break;
         }
@@ -105,6 +111,8 @@ private:
     static constexpr double kReserve = 1.5;
     static constexpr int kMaxGrids = 10, kMostStuck = 3;
     static constexpr double kStuck = 0.9;
+    static constexpr int kMostSlow = 2;
+    static constexpr double kSlow = 0.4;  // what halving a grid leaves, a quarter being right
     static constexpr double kOtherGrid = 0.87;
     // Grids of which a proof is tried, and boxes for one, a face.
     static constexpr int kMostProofs = 2;
@@ -140,7 +148,7 @@ private:
 
     IndexedMesh on_grid(double cell)
     {
-        if (options_.method == MeshMethod::Mc) {
+        if (options_.method == MeshMethod::Mc || is_plain_) {
             MarchingCubesOptions grid;
             grid.cell_size = cell;
             grid.report = &report_;
@@ -180,6 +188,7 @@ private:
     SignFormula formula_;
     Box3 box_, cube_;
     SamplingReport report_;  // of the last grid
+    bool is_plain_ = false;
     bool is_polynomial_ = true;
     std::int64_t decided_ = 0;  // samples of the grid that was taken
     std::vector<SurfaceForm> forms_;
