@@ -135,7 +135,7 @@ def shifted_spheres(triangles: int) -> Case:
 
 def closed_mesh(path: str) -> Arrays:
     """A mesh file with its holes filled."""
-    mesh, _ = genus.load(path).repair(max_hole=10_000)
+    mesh, _ = genus.load(path).repair(max_hole=500)
     return np.array(mesh.vertices), np.array(mesh.faces)
 
 
