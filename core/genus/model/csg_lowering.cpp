@@ -371,20 +371,11 @@ public:
 
 private:
     /// Starts on a node; transforms and colours are passed through on the way.
-    void open(const Node* node, Transform map, bool negated)
+    void open(const Node* top, const Transform& above, bool negated)
     {
         if (++leaves_ % 1024 == 0) current_progress().check();
         require(leaves_ <= kMostLeaves, "solid: more than 10^7 leaves");
-        for (;;) {
-            if (const auto* moved = std::get_if<Transformed>(&node->shape)) {
-                map = map * moved->map;
-                node = &moved->part.node();
-            } else if (const auto* colored = std::get_if<Colored>(&node->shape)) {
-                node = &colored->part.node();
-            } else {
-                break;
-            }
-        }
+        const auto [node, map] = below_transforms(*top, above);
         if (auto planes = as_half_spaces(node->shape)) {
             expanded_.push_back(std::move(*planes));
             open(&expanded_.back().node(), map, negated);
@@ -464,6 +455,21 @@ private:
 };
 
 }  // namespace
+
+PlacedNode below_transforms(const Node& top, const Transform& map)
+{
+    PlacedNode at{&top, map};
+    for (;;) {
+        if (const auto* moved = std::get_if<Transformed>(&at.node->shape)) {
+            at.map = at.map * moved->map;
+            at.node = &moved->part.node();
+        } else if (const auto* colored = std::get_if<Colored>(&at.node->shape)) {
+            at.node = &colored->part.node();
+        } else {
+            return at;
+        }
+    }
+}
 
 std::vector<Surface> leaf_surfaces(const Shape& shape, const Transform& map)
 {

@@ -17,6 +17,13 @@ struct LoweredTree {
 /// more than 10^7 leaves once shared parts are written out.
 LoweredTree lower(const Solid& solid);
 
+/// What lies below the transforms and colours on top of a tree, and the map that these make.
+struct PlacedNode {
+    const Node* node;
+    Transform map;
+};
+PlacedNode below_transforms(const Node& top, const Transform& map = {});
+
 /// The surfaces of one primitive moved by `map`, their intersection being the primitive. Throws
 /// InvalidInput as `lower`.
 std::vector<Surface> leaf_surfaces(const Shape& shape, const Transform& map);

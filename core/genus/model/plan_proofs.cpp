@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "genus/base/error.h"
+#include "genus/model/csg_lowering.h"
 
 namespace genus {
 namespace {
@@ -59,18 +60,7 @@ bool has_no_small_formula(const Solid& solid)
 /// A point inside the solid, where one is known without work: the middle of a convex leaf.
 std::optional<Vec3> middle_of(const Solid& solid)
 {
-    Transform map;
-    const Node* node = &solid.node();
-    for (;;) {
-        if (const auto* moved = std::get_if<Transformed>(&node->shape)) {
-            map = map * moved->map;
-            node = &moved->part.node();
-        } else if (const auto* painted = std::get_if<Colored>(&node->shape)) {
-            node = &painted->part.node();
-        } else {
-            break;
-        }
-    }
+    const auto [node, map] = below_transforms(solid.node());
     if (const auto* s = std::get_if<Cube>(&node->shape))
         return apply(map, s->center ? Vec3{} : 0.5 * s->size);
     if (const auto* s = std::get_if<Cylinder>(&node->shape))
