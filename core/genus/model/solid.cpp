@@ -570,7 +570,11 @@ Solid implicit(const Expression& expression, const Box3& bounds)
 {
     require(!bounds.empty() && bounds.bounded(), "implicit: bounds empty or infinite");
     const auto function = std::make_shared<const Function>(expression);
-    if (function->bound(bounds).lo > 0.0) return Solid();
+    const Interval range = function->bound(bounds);
+    if (range.lo > 0.0) return Solid();
+    const Vec3 size = bounds.size();
+    if (range.hi <= 0.0 && size[0] > 0.0 && size[1] > 0.0 && size[2] > 0.0)
+        return transformed(cube(size), translation(bounds.min));
     return make(ImplicitShape{function, bounds}, bounds);
 }
 

@@ -179,6 +179,9 @@ TEST(ImplicitSolid, RefusesBadBounds)
     EXPECT_THROW(implicit(ball, Box3{}), InvalidInput);
     EXPECT_THROW(implicit(ball, Box3::everything()), InvalidInput);
     EXPECT_TRUE(implicit(parse_expression("1"), around(1)).is_empty());
+    // Zero is inside, also where it is so everywhere.
+    for (const char* text : {"0", "-1", "x^2 + y^2 + z^2 - 4"})
+        EXPECT_EQ(volume(meshed(formula(text, 1.0), 0.1).mesh), 8.0) << text;
     EXPECT_EQ(implicit(ball, around(2)), implicit(ball, around(2)));
     EXPECT_FALSE(implicit(ball, around(2)) == implicit(ball, around(3)));
 }
