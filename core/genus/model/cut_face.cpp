@@ -12,6 +12,7 @@ constexpr int kDeepest = 400;            // cuts of one face, each of a half
 constexpr int kMostAttempts = 12;        // at a side
 constexpr std::size_t kMostMends = 64;   // and a quarter of the faces
 constexpr double kTooFar = -1.0;
+constexpr double kShareOfOthers = 0.95;  // of the limit: bounds of a quartic are not exact
 
 // Lengths are in radii of the largest circle whose points are within the limit of its plane.
 constexpr double kLongestChord = 1.97;
@@ -44,7 +45,7 @@ double pieces_for(double sagitta, double limit)
 }
 
 CutFace::CutFace(double limit, std::int64_t max_triangles)
-    : limit_(limit), max_triangles_(max_triangles)
+    : full_limit_(limit), max_triangles_(max_triangles)
 {
 }
 
@@ -52,6 +53,7 @@ bool CutFace::run(const SurfaceForm& form, bool turned, const std::vector<FinePo
                   const std::array<std::int32_t, 3>& pieces, bool any_curve)
 {
     form_ = &form;
+    limit_ = (form.is_quadratic() ? 1.0 : kShareOfOthers) * full_limit_;
     sign_ = turned ? -1.0 : 1.0;
     any_curve_ = any_curve;
     points_ = border;
@@ -295,8 +297,9 @@ void CutFace::fill_strip(const Side& upper, const Side& lower)
 std::array<double, 2> CutFace::own_distance(const std::array<Vec3, 3>& p, double g) const
 {
     if (form_->is_plane()) return {0.0, 0.0};
+    // The corners are on the surface.
     const Interval r =
-        form_->is_quadratic() ? SurfaceForm::deviation_of(form_->bends(p)) : form_->deviation(p);
+        form_->is_quadratic() ? SurfaceForm::deviation_of(form_->bends(p)) : form_->range(p);
     const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
     return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
 }
@@ -308,7 +311,9 @@ std::array<double, 2> CutFace::offsets(const std::array<Vec3, 3>& p,
 {
     const double least = limit_ * std::min({room[0], room[1], room[2]});
     std::array<double, 2> distance = own_distance(p, slope);
-    if (std::max(distance[0], distance[1]) <= least) return distance;
+    const double most = std::max(distance[0], distance[1]);
+    if (most <= least) return distance;
+    if (!(most <= limit_)) return {kTooFar, kTooFar};
     for (const std::size_t side : {0u, 1u}) {
         if (distance[side] <= least) continue;
         const double times = (side == 0 ? 1.0 : -1.0) * sign_ / (slope * limit_);

@@ -102,7 +102,7 @@ private:
     double chord_length(std::int32_t a, std::int32_t b) const;
 
     const SurfaceForm* form_ = nullptr;
-    double sign_ = 1.0, limit_;
+    double sign_ = 1.0, limit_ = 0.0, full_limit_;
     bool any_curve_ = false, only_halves_ = false, turned_over_ = false;
     std::int64_t max_triangles_;
     std::vector<FinePoint> points_;

@@ -53,7 +53,7 @@ constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kWideShare = 0.5;     // of that, between a face made wide and its surface
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
-constexpr int kQuickAttempts = 3;
+constexpr int kQuickAttempts = 3, kWideAttempts = 2;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.92;
@@ -237,8 +237,11 @@ private:
         SurfaceMesh settled = surface;
         settle_all(settled, forms_, kUnsettled * result_.tolerance);
         // The wider the faces the fewer they are in the end; of smaller ones more can be proven.
-        for (const bool wide : {true, false})
+        for (const bool wide : {true, false}) {
+            if (wide && n_wide_ == kWideAttempts) continue;
+            n_wide_ += wide ? 1 : 0;
             if (cut_within_sandwich(coarse_mesh(settled, wide), surface)) return true;
+        }
         return false;
     }
 
@@ -400,6 +403,7 @@ private:
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
     bool insists_ = false;                          // on all vertices being on their surfaces
+    int n_wide_ = 0;                                // attempts with wide faces
     bool hopeless_ = false;                         // finer cells will not help this way
     SurfaceMesh last_;                              // the last one without a certificate
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be

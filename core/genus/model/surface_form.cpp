@@ -515,30 +515,24 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle,
     return {r.lo - slack_, r.hi + slack_};
 }
 
-Interval SurfaceForm::deviation(const std::array<Vec3, 3>& triangle) const
+std::array<double, 3> SurfaceForm::other_bends(const std::array<Vec3, 3>& triangle) const
 {
-    if (is_plane()) return {0.0, 0.0};
-    if (!is_quadratic()) {
-        const std::array<double, 3> at{value(triangle[0]), value(triangle[1]), value(triangle[2])};
-        const auto [lo, hi] = std::minmax_element(at.begin(), at.end());
-        const Interval all = range(triangle);
-        return {all.lo - *hi, all.hi - *lo};
+    constexpr double kReserve = 1.05;
+    const std::array<double, 3> at{value(triangle[0]), value(triangle[1]), value(triangle[2])};
+    std::array<double, 3> k;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const double middle = value(0.5 * (triangle[i] + triangle[j]));
+        k[i] = kReserve * (2.0 * (at[i] + at[j]) - 4.0 * middle);
     }
-    return deviation_of(bends(triangle));
+    return k;
 }
 
 Interval SurfaceForm::range_from(const std::array<double, 3>& values,
                                  const std::array<Vec3, 3>& triangle, double times) const
 {
-    const auto [lo, hi] = std::minmax_element(values.begin(), values.end());
-    if (is_plane()) return {*lo, *hi};
-    if (!is_quadratic()) {
-        const Interval r = deviation(triangle) * times;
-        return {*lo + r.lo, *hi + r.hi};
-    }
-    const double k01 = times * bend(triangle[1] - triangle[0]),
-                 k02 = times * bend(triangle[2] - triangle[0]),
-                 k12 = times * bend(triangle[2] - triangle[1]);
+    const std::array<double, 3> k = bends(triangle);
+    const double k01 = times * k[0], k12 = times * k[1], k02 = times * k[2];
     const std::array<double, 6> b{
         values[0], 0.5 * (values[0] + values[1] - k01), 0.5 * (values[0] + values[2] - k02),
         values[1], 0.5 * (values[1] + values[2] - k12), values[2]};

@@ -57,13 +57,16 @@ public:
         return x * (q_[4] * x + q_[7] * y + q_[8] * z) + y * (q_[5] * y + q_[9] * z) +
                q_[6] * z * z;
     }
-    /// The bends of the edges of a triangle, and by how much a quadratic with these may be below
-    /// and above the linear function with its values at the corners: exact, but for rounding.
+    /// The bends of the edges of a triangle. Those of other functions than quadratics are estimated
+    /// from the values at their ends and middles, with a reserve.
     std::array<double, 3> bends(const std::array<Vec3, 3>& triangle) const
     {
+        if (!is_quadratic()) return other_bends(triangle);
         return {bend(triangle[1] - triangle[0]), bend(triangle[2] - triangle[1]),
                 bend(triangle[0] - triangle[2])};
     }
+    /// By how much a quadratic with these bends may be below and above the linear function with its
+    /// values at the corners: exact, but for rounding.
     static Interval deviation_of(const std::array<double, 3>& bends)
     {
         const bool all_one_way = std::min({bends[0], bends[1], bends[2]}) >= 0.0;
@@ -89,11 +92,8 @@ public:
     /// The same where the values at the corners are known.
     Interval range(const std::array<Vec3, 3>& triangle, const std::array<double, 3>& values) const;
     Interval range(const std::array<Vec3, 4>& tet) const;
-    /// Holds the difference between F and the linear function with its values at the corners; of a
-    /// quadratic it is exact, but for rounding far below that of `range`.
-    Interval deviation(const std::array<Vec3, 3>& triangle) const;
-    /// The range over a triangle of a function that has these values at its corners and deviates
-    /// from linear as `times` F does: of a quadratic exact, but for rounding.
+    /// The range over a triangle of a quadratic that has these values at its corners and bends
+    /// `times` as F does: exact, but for rounding.
     Interval range_from(const std::array<double, 3>& values, const std::array<Vec3, 3>& triangle,
                         double times = 1.0) const;
     /// Holds F over the convex hull of any points.
@@ -132,6 +132,7 @@ private:
                  q_[3] + q_[8] * x + q_[9] * y + 2.0 * q_[6] * z}};
     }
     double other_value(const Vec3& p) const;
+    std::array<double, 3> other_bends(const std::array<Vec3, 3>& triangle) const;
     Vec3 other_gradient(const Vec3& p) const;
     /// The range of a function over the hull of points, `range_of(q, at, slack)` being that of a
     /// quadratic about a point.

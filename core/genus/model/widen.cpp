@@ -101,7 +101,7 @@ private:
                 return 0.0;
         }
         if (!form.is_plane()) {
-            const Interval far = form.deviation({a, b, c});
+            const Interval far = SurfaceForm::deviation_of(form.bends({a, b, c}));
             const double least = norm(form.gradient((a + b + c) / 3.0));
             if (!(std::max(-far.lo, far.hi) <= max_error_ * least)) return 0.0;
         }

@@ -196,6 +196,19 @@ TEST(FineCertificate, AgreesWithTheOneThatNeedsNoCoarseMesh)
     }
 }
 
+TEST(FineCertificate, IsReachedWhereAQuarticMeetsAQuadric)
+{
+    const Solid bitten =
+        subtract({torus(10, 3), transformed(sphere(4), translation({{10, 0, 0}}))});
+    MeshOptions options;
+    options.tolerance = 0.005;
+    const MeshedSolid made = mesh_solid(bitten, options);
+    EXPECT_TRUE(made.error.certified);
+    EXPECT_LE(made.error.measured, made.error.bound);
+    EXPECT_LE(made.error.bound, 0.005);
+    EXPECT_EQ(topology(made.mesh).euler, 2);
+}
+
 TEST(FineCertificate, RefusesAMeshThatIsOff)
 {
     const Coarse c(bored_ball(), 0.4);
