@@ -1,6 +1,6 @@
 // Random quadric trees by the ten thousand: see quadric_trees.h.
 //
-//   quadric_trees [rounds = 20000] [first seed = 0] [every = 0] [tolerance = 0.02]
+//   quadric_trees [rounds = 20000] [first seed = 0] [every = 0] [tolerance = 0.01]
 //
 // Every `every`-th seed is meshed over a grid as well, plain and extended marching cubes in turn.
 // The tolerance is in diagonals of the bounding box. Prints the seeds of what is wrong, of what was

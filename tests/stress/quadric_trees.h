@@ -130,7 +130,7 @@ inline bool touches_itself(const IndexedMesh& mesh)
 }
 
 struct Request {
-    double tolerance = 0.02;  // of the diagonal of the box
+    double tolerance = 0.01;  // of the diagonal of the box
     std::optional<MeshMethod> grid;
 };
 

@@ -1,6 +1,7 @@
 #include "genus/model/mesh_solid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -57,8 +58,11 @@ constexpr int kQuickAttempts = 3, kWideAttempts = 2;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.92;
-constexpr double kCreaseShare = 0.15;            // sagitta of a curve beside the height of a face
-constexpr double kCoarsest = 1.0 / 32;           // of the diagonal, as a tolerance to work to
+constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
+constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
+// Bounds tried once the deviation is measured, as shares of it, if one is as much smaller.
+constexpr std::array<double, 2> kCloser{1.5, 2.5};
+constexpr double kWorthwhile = 0.8;
 constexpr double kCoarsestFunction = 1.0 / 128;  // second derivatives are bounded in small faces
 
 void append(IndexedMesh& all, const IndexedMesh& mesh)
@@ -351,8 +355,22 @@ private:
             result_.error.measured = measure_deviation(
                 mesh, formula_, forms_, bounds(mesh.mesh).inflated(result_.tolerance));
             clock_.end("measure");
+            tighten_bound(mesh);
+            clock_.end("certify");
         }
         result_.mesh = std::move(mesh.mesh);
+    }
+
+    // A certificate looks for no better bound than the tolerance asks for. Where samples are much
+    // nearer than what was shown, a closer one may hold as well.
+    void tighten_bound(const SurfaceMesh& mesh)
+    {
+        for (const double share : kCloser) {
+            const double closer = share * result_.error.measured;
+            if (!(closer < kWorthwhile * result_.error.bound)) return;
+            const Certificate c = certify(mesh, formula_, forms_, cube_, closer);
+            if (c.n_failed == 0 && c.bound < result_.error.bound) return note_bound(c);
+        }
     }
 
     // Asks for cells of half the size round these faces, and for boxes of half theirs.

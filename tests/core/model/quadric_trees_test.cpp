@@ -11,6 +11,7 @@ namespace {
 TEST(QuadricTrees, BoundsHoldOverBothRoads)
 {
     quadric_trees::Request request;
+    request.tolerance = 0.02;
     for (const std::uint32_t seed : {1u, 2u, 3u, 4u}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         request.grid.reset();
