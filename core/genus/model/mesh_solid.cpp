@@ -111,7 +111,7 @@ public:
             }))
             return;
         hopeless_ = false;
-        if (!meshed(has_function_ ? kQuickAttempts : kMaxAttempts, CellDemands{},
+        if (!meshed(has_function_ ? 2 * kQuickAttempts : kMaxAttempts, CellDemands{},
                     [&](SurfaceMesh& mesh) { return reach_tolerance(mesh); }))
             give_up("the tolerance was not reached");
     }
