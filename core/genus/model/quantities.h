@@ -30,11 +30,12 @@ struct QuantityOptions {
 /// a wall there is none), without a mesh.
 ///
 /// A parallelepiped round the solid, askew to it, of the shape of its bounding box or near a cube,
-/// whichever comes to an end sooner, is halved along all axes until each cell is settled: no surface decides in it, or it is integrated (see cell_integral.h) with an error that
-/// is proven. Cells in which surfaces touch, or a cone has its apex, stay unsettled at every size;
-/// there are few, and what they hold is small at last, of area too, because a line meets a quadric
-/// twice at most and a torus four times. So the cost grows with a power of log(1 / tolerance),
-/// unless surfaces touch along whole curves. Any number of threads gives the same bits.
+/// whichever comes to an end sooner, is halved along all axes until each cell is settled: no
+/// surface decides in it, or it is integrated (see cell_integral.h) with an error that is proven.
+/// Cells in which surfaces touch, or a cone has its apex, stay unsettled at every size; there are
+/// few, and what they hold is small at last, of area too, because a line meets a quadric twice at
+/// most and a torus four times. So the cost grows with a power of log(1 / tolerance), unless
+/// surfaces touch along whole curves. Any number of threads gives the same bits.
 ///
 /// Trees of polyhedra with many faces, with polyhedra that are not convex, or with leaves that are
 /// no polynomials are measured on their mesh: the bound is then estimated unless nothing is curved

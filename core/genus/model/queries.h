@@ -30,7 +30,8 @@ struct SolidHit {
     Vec3 normal;           // outward, length 1
     std::int32_t surface;  // number in the field
     bool entering;
-    /// Of the primitive whose surface it is, as leaves_of counts; -1 from a field, which knows none.
+    /// Of the primitive whose surface it is, as leaves_of counts; -1 from a field, which knows
+    /// none.
     std::int32_t leaf = -1;
 };
 

@@ -40,8 +40,8 @@ struct MarchingCubesOptions {
 /// sheets are joined by a tunnel where the trilinear interpolant has one, so that on a grid the
 /// mesh has the topology of the interpolant. Where a vertex falls on a grid corner,
 /// triangles may have no area. Time and memory grow with the surface, not with the box: boxes that
-/// an interval bound of the field decides are passed over (FieldSamples), a crossing takes about six
-/// evaluations.
+/// an interval bound of the field decides are passed over (FieldSamples), a crossing takes about
+/// six evaluations.
 ///
 /// Implements [lorensen1987]; ambiguous faces as in [nielson1991], section 3, tunnels see
 /// cell_tunnel.h.
