@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "genus/boolean/box_tree.h"

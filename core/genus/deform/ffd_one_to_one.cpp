@@ -47,7 +47,7 @@ struct Rectangle {
         if (!parts) {
             const std::size_t axis = longest_way();
             auto nets = lattice::halves(net, axis);
-            const auto boxes = lattice::halves(box, axis);
+            const auto boxes = genus::halves(box, axis);
             parts = std::make_unique<std::array<Rectangle, 2>>(
                 std::array{Rectangle(boxes[0], normal, std::move(nets[0])),
                            Rectangle(boxes[1], normal, std::move(nets[1]))});

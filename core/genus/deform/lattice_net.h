@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "genus/base/halves.h"
 #include "genus/deform/ffd.h"
 
 // Nets of coefficients in three variables, internal to the sources of Lattice.
@@ -45,23 +46,6 @@ inline double volume(const Box3& box)
 {
     const Vec3 size = box.size();
     return size[0] * size[1] * size[2];
-}
-
-inline std::size_t longest_axis(const Vec3& size)
-{
-    return size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
-}
-
-inline std::array<Box3, 2> halves(const Box3& box, std::size_t axis)
-{
-    std::array<Box3, 2> parts{box, box};
-    parts[0].max[axis] = parts[1].min[axis] = box.center()[axis];
-    return parts;
-}
-
-inline std::array<Box3, 2> halves(const Box3& box)
-{
-    return halves(box, longest_axis(box.size()));
 }
 
 // Coefficients c_ijk of three variables, the last index running fastest.

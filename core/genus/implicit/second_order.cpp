@@ -150,11 +150,14 @@ private:
                 const std::optional<Interval> open = decide(i);
                 if (!open) return false;
                 if (open->lo != open->hi) {
+                    // Each open choice on the way makes another piece at least.
+                    if (++n_open_ == kMostPieces) return false;
                     for (const double answer : {open->lo, open->hi}) {
                         answer_[q] = answer;
                         take(i);
                         if (!go_on(i + 1)) return false;
                     }
+                    --n_open_;
                     return true;
                 }
                 answer_[q] = open->lo;
@@ -279,6 +282,7 @@ private:
     Vec3 at_, half_;
     std::vector<Jet> wide_, middle_;
     std::vector<double> answer_;
+    std::size_t n_open_ = 0;  // choices on the way that are gone through in each way
     std::vector<QuadraticModel> found_;
 };
 

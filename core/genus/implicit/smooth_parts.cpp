@@ -15,6 +15,9 @@ using Kind = SmoothParts::Kind;
 
 constexpr std::size_t kMostLeaves = 64;
 constexpr int kMostDepth = 64;  // operations on the way from the result to a leaf
+// Operations looked at: an expression that uses parts of itself twice, time and again, has more
+// ways through it than anyone can go.
+constexpr int kMostSteps = 1 << 14;
 
 // Which nodes have a min, max or abs below them.
 class Creases {
@@ -85,10 +88,10 @@ public:
     explicit Lifter(const Expression& expression) : creases_(expression) {}
 
     // Nothing if some min, max or abs stays inside, or there is too much of them.
-    std::optional<SmoothParts> lift(const Expression& e, int depth) const
+    std::optional<SmoothParts> lift(const Expression& e, int depth)
     {
         if (!creases_.below(e)) return as_leaf(e);
-        if (depth == 0) return std::nullopt;
+        if (depth == 0 || ++n_steps_ > kMostSteps) return std::nullopt;
         const auto& [first, second] = e.node().operands;
         const Expression a = Expression::of(first);
         const std::optional<SmoothParts> p = lift(a, depth - 1);
@@ -163,6 +166,7 @@ private:
     }
 
     Creases creases_;
+    int n_steps_ = 0;
 };
 
 bool all_finite(const SmoothParts& p, const Box3& box)

@@ -173,7 +173,7 @@ public:
                 [&](const LatticeTet& t, const std::array<Vec3, 4>& p, const SignFormula& f) {
                     if (BisectionTree::is_finest(t) || !too_coarse(p, f, demands)) return false;
                     if (diameter(p) < kSmall * demands.min_size && ++n_small >= demands.max_small)
-                        give_up(box_of(p));
+                        give_up();
                     splits.push_back(BisectionTree::midpoint(t));
                     return true;
                 });
@@ -190,10 +190,11 @@ public:
     }
 
 private:
-    [[noreturn]] static void give_up(const Box3& place)
+    // Without a place: which walk comes here first depends on threads.
+    [[noreturn]] static void give_up()
     {
         throw ToleranceNotMet("the budget of cells is spent", 0.0,
-                              std::numeric_limits<double>::infinity(), {place});
+                              std::numeric_limits<double>::infinity(), {});
     }
 
     // Calls visit(tet, corners, formula) where the formula is open, and goes on where it says so.

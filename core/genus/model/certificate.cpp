@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "genus/base/halves.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
@@ -276,9 +277,7 @@ private:
             done(std::move(faces), here);
             return;
         }
-        const std::size_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0
-                                 : size[1] >= size[2]                     ? 1
-                                                                          : 2;
+        const std::size_t axis = longest_axis(size);
         const auto middle = faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2);
         const auto key = [&](std::int32_t f) {
             const Box3 b = face_box(f);
@@ -731,6 +730,15 @@ private:
 };
 
 }  // namespace
+
+std::vector<std::pair<std::string, double>> Certificate::parts() const
+{
+    std::vector<std::pair<std::string, double>> named{
+        {"faces", faces}, {"edges and corners", creases}, {"rounding", rounding}};
+    std::stable_sort(named.begin(), named.end(),
+                     [](const auto& x, const auto& y) { return x.second > y.second; });
+    return named;
+}
 
 Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
                     const std::vector<SurfaceForm>& forms, const Box3& cube, double tolerance,

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
@@ -26,6 +28,9 @@ struct Certificate {
     std::vector<std::int32_t> failed_faces;
     /// Boxes looked at for the way from surface to mesh.
     std::int64_t n_boxes = 0;
+
+    /// The shares with their names, the largest first.
+    std::vector<std::pair<std::string, double>> parts() const;
 };
 
 /// The meshes M+ and M- of a certificate that succeeded, with the numbering of the mesh itself.

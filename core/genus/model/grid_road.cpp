@@ -134,10 +134,7 @@ private:
         };
         const double tolerance = result_.tolerance;
         const Certificate c = certify(mesh, formula_, forms_, cube_, tolerance);
-        if (c.n_failed == 0)
-            return given(
-                c.bound,
-                {{"faces", c.faces}, {"edges and corners", c.creases}, {"rounding", c.rounding}});
+        if (c.n_failed == 0) return given(c.bound, c.parts());
         const auto n_faces = static_cast<std::int64_t>(mesh.mesh.n_faces());
         const double enough = std::max(kReserve * measured, 0.5 * tolerance);
         const MeshBound found = bound_by_boxes(mesh.mesh, formula_, forms_, box_, enough, tolerance,

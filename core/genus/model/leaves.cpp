@@ -19,11 +19,6 @@ constexpr double kUnit = std::numeric_limits<double>::epsilon();
 // Of the size of coordinates: this far from a border is not on it; and a step to either side.
 constexpr double kAway = 1e-6, kBeside = 1e-8;
 
-bool is_bounded(const Box3& box)
-{
-    return is_finite(box.min) && is_finite(box.max);
-}
-
 /// Depth first: `on_leaf` for each primitive or empty solid, `on_operator` for each operator after
 /// its parts.
 template <class OnLeaf, class OnOperator>
@@ -186,7 +181,7 @@ LeafFinder::LeafFinder(const Solid& solid) : data_(std::make_unique<Data>())
         const Box3 box = image_bounds(leaves[i].leaf, leaves[i].map);
         const auto number = static_cast<std::int32_t>(i);
         data_->leaves[i].placed = std::move(leaves[i]);
-        if (!is_bounded(box)) {
+        if (box.empty() || !box.bounded()) {
             data_->unbounded.push_back(number);
             continue;
         }

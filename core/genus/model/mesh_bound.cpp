@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "genus/base/halves.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
@@ -118,14 +119,7 @@ private:
 
     static void halve(const Open& o, std::vector<Open>& into)
     {
-        const Vec3 size = o.box.size();
-        const std::size_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0
-                                 : size[1] >= size[2]                     ? 1
-                                                                          : 2;
-        Box3 low = o.box, high = o.box;
-        low.max[axis] = high.min[axis] = o.box.center()[axis];
-        into.push_back({low, o.formula});
-        into.push_back({high, o.formula});
+        for (const Box3& half : halves(o.box)) into.push_back({half, o.formula});
     }
 
     const MeshTree& tree_;

@@ -76,7 +76,7 @@ void append(IndexedMesh& all, const IndexedMesh& mesh)
         all.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-bool has_function(const CsgField& field)
+bool any_function(const CsgField& field)
 {
     return std::any_of(field.surfaces().begin(), field.surfaces().end(),
                        [](const Surface& s) { return s.function != nullptr; });
@@ -96,6 +96,8 @@ public:
         for (const Surface& s : field_.surfaces()) forms_.emplace_back(s, cube_);
         clock_.end("field");
     }
+
+    bool has_function() const { return has_function_; }
 
     void run()
     {
@@ -343,10 +345,7 @@ private:
     {
         result_.error.bound = c.bound;
         result_.error.certified = true;
-        result_.error.parts = {
-            {"faces", c.faces}, {"edges and corners", c.creases}, {"rounding", c.rounding}};
-        std::stable_sort(result_.error.parts.begin(), result_.error.parts.end(),
-                         [](const auto& x, const auto& y) { return x.second > y.second; });
+        result_.error.parts = c.parts();
     }
 
     void finish(SurfaceMesh&& mesh)
@@ -417,7 +416,7 @@ private:
     StageClock clock_;
     CsgField field_;
     SignFormula formula_;
-    bool has_function_ = has_function(field_);
+    bool has_function_ = any_function(field_);
     Box3 cube_;
     std::vector<SurfaceForm> forms_;
     bool insists_ = false;                          // on all vertices being on their surfaces
@@ -432,14 +431,14 @@ private:
 void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options,
                  MeshedSolid& result)
 {
-    const bool any_function = has_function(CsgField(solid));
+    Road road(solid, box, options, result);
     const double asked = result.tolerance;
-    if (any_function)
+    if (road.has_function())
         result.tolerance = std::min(result.tolerance, kCoarsestFunction * box.diagonal());
     try {
-        Road(solid, box, options, result).run();
+        road.run();
     } catch (const ToleranceNotMet&) {
-        if (!any_function) throw;
+        if (!road.has_function()) throw;
         result.tolerance = asked;
         result.method = "emc";
         mesh_over_grid(solid, box, options, result);

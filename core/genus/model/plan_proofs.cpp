@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "genus/base/error.h"
+#include "genus/base/halves.h"
 #include "genus/model/csg_lowering.h"
 
 namespace genus {
@@ -27,12 +28,10 @@ bool holds_everywhere(const Box3& box, Holds holds, Fails fails_at)
         open.pop_back();
         if (holds(cell)) continue;
         if (fails_at(cell.center())) return false;
-        const Vec3 size = cell.size();
-        const int axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+        const std::size_t axis = longest_axis(cell.size());
         const double middle = cell.center()[axis];
         if (!(cell.min[axis] < middle && middle < cell.max[axis])) return false;
-        Box3 low = cell, high = cell;
-        low.max[axis] = high.min[axis] = middle;
+        const auto [low, high] = halves(cell, axis);
         open.push_back(high);
         open.push_back(low);
     }

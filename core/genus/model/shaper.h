@@ -25,7 +25,8 @@ public:
         const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
         return longest > 0.0 ? norm(cross(b - a, c - a)) / longest : 0.0;
     }
-    Shape shape(const Vec3& a, const Vec3& b, const Vec3& c, std::int32_t label) const
+    Shape shape(const Vec3& a, const Vec3& b, const Vec3& c, std::int32_t label,
+                double least_cosine = kNormalCosine) const
     {
         const Vec3 n = cross(b - a, c - a);
         const double area = norm(n);
@@ -37,7 +38,7 @@ public:
         const std::array<const Vec3*, 3> corners{&a, &b, &c};
         for (int i = 0; i < n_checks && right; ++i) {
             const Vec3 g = form.gradient(*corners[i]);
-            right = turn * dot(n, g) >= kNormalCosine * area * norm(g);
+            right = turn * dot(n, g) >= least_cosine * area * norm(g);
         }
         return {longest > 0.0 ? area / longest : 0.0, right};
     }

@@ -12,21 +12,6 @@ namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
-double evaluate(const std::array<double, 10>& c, const Vec3& p)
-{
-    const double x = p[0], y = p[1], z = p[2];
-    return c[0] + x * (c[1] + c[4] * x + c[7] * y + c[8] * z) + y * (c[2] + c[5] * y + c[9] * z) +
-           z * (c[3] + c[6] * z);
-}
-
-Vec3 slope(const std::array<double, 10>& c, const Vec3& p)
-{
-    const double x = p[0], y = p[1], z = p[2];
-    return {{c[1] + 2.0 * c[4] * x + c[7] * y + c[8] * z,
-             c[2] + c[7] * x + 2.0 * c[5] * y + c[9] * z,
-             c[3] + c[8] * x + c[9] * y + 2.0 * c[6] * z}};
-}
-
 // Sum of the absolute values of all terms for points whose coordinates do not exceed `m`.
 double magnitude(const std::array<double, 10>& c, const Vec3& m)
 {
@@ -128,12 +113,6 @@ const Tables<N>& tables()
     return instance;
 }
 
-double bend_of(const std::array<double, 10>& c, const Vec3& e)
-{
-    const double x = e[0], y = e[1], z = e[2];
-    return x * (c[4] * x + c[7] * y + c[8] * z) + y * (c[5] * y + c[9] * z) + c[6] * z * z;
-}
-
 // Bernstein coefficients from the values at corners and the bends of edges.
 template <std::size_t N>
 std::array<double, Tables<N>::kPairs> coefficients(const std::array<double, 10>& c,
@@ -146,7 +125,7 @@ std::array<double, Tables<N>::kPairs> coefficients(const std::array<double, 10>&
     for (std::size_t i = 0; i < N; ++i) {
         b[n++] = corner[i];
         for (std::size_t j = i + 1; j < N; ++j)
-            b[n++] = 0.5 * (corner[i] + corner[j] - bend_of(c, p[j] - p[i]));
+            b[n++] = 0.5 * (corner[i] + corner[j] - bend(c, p[j] - p[i]));
     }
     return b;
 }

@@ -11,6 +11,7 @@
 #include "genus/base/interval.h"
 #include "genus/base/vec.h"
 #include "genus/model/csg_field.h"
+#include "genus/model/quadratic_polynomial.h"
 #include "genus/model/sign_formula.h"
 
 namespace genus {
@@ -51,12 +52,7 @@ public:
         return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
     }
     /// What is quadratic in a quadratic F along a step: F(p + e) = F(p) + gradient(p).e + bend(e).
-    double bend(const Vec3& e) const
-    {
-        const double x = e[0], y = e[1], z = e[2];
-        return x * (q_[4] * x + q_[7] * y + q_[8] * z) + y * (q_[5] * y + q_[9] * z) +
-               q_[6] * z * z;
-    }
+    double bend(const Vec3& e) const { return genus::bend(q_, e); }
     /// The bends of the edges of a triangle. Those of other functions than quadratics are estimated
     /// from the values at their ends and middles, with a reserve.
     std::array<double, 3> bends(const std::array<Vec3, 3>& triangle) const
@@ -73,10 +69,13 @@ public:
         return {-most_between(bends),
                 all_one_way ? 0.0 : most_between({-bends[0], -bends[1], -bends[2]})};
     }
-    double value(const Vec3& p) const { return is_quadratic() ? quadratic_at(p) : other_value(p); }
+    double value(const Vec3& p) const
+    {
+        return is_quadratic() ? evaluate(q_, p - origin_) : other_value(p);
+    }
     Vec3 gradient(const Vec3& p) const
     {
-        return is_quadratic() ? quadratic_slope(p) : other_gradient(p);
+        return is_quadratic() ? slope(q_, p - origin_) : other_gradient(p);
     }
     /// A point of a plane across an axis, with that coordinate as the plane has it: Newton's method
     /// leaves it a rounding away. Of any other surface, the point itself.
@@ -115,22 +114,8 @@ public:
     Sign sign(const Vec3& p) const;
 
 private:
-    // c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz about origin_.
-    using Quadratic = std::array<double, 10>;
+    using Quadratic = QuadraticPolynomial;  // about origin_
 
-    double quadratic_at(const Vec3& p) const
-    {
-        const double x = p[0] - origin_[0], y = p[1] - origin_[1], z = p[2] - origin_[2];
-        return q_[0] + x * (q_[1] + q_[4] * x + q_[7] * y + q_[8] * z) +
-               y * (q_[2] + q_[5] * y + q_[9] * z) + z * (q_[3] + q_[6] * z);
-    }
-    Vec3 quadratic_slope(const Vec3& p) const
-    {
-        const double x = p[0] - origin_[0], y = p[1] - origin_[1], z = p[2] - origin_[2];
-        return {{q_[1] + 2.0 * q_[4] * x + q_[7] * y + q_[8] * z,
-                 q_[2] + q_[7] * x + 2.0 * q_[5] * y + q_[9] * z,
-                 q_[3] + q_[8] * x + q_[9] * y + 2.0 * q_[6] * z}};
-    }
     double other_value(const Vec3& p) const;
     std::array<double, 3> other_bends(const std::array<Vec3, 3>& triangle) const;
     Vec3 other_gradient(const Vec3& p) const;

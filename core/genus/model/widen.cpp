@@ -87,25 +87,15 @@ private:
     // far.
     double roundness(const Vec3& a, const Vec3& b, const Vec3& c, std::int32_t label) const
     {
-        const Vec3 n = cross(b - a, c - a);
-        const double area = norm(n);
-        const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
+        const Shape here = shape(a, b, c, label, kCosine);
+        if (!here.faces_right) return 0.0;
         const SurfaceForm& form = forms_[label >> 1];
-        const double turn = (label & 1) != 0 ? -1.0 : 1.0;
-        const int n_checks = form.is_plane() ? 1 : 3;
-        const std::array<const Vec3*, 3> corners{&a, &b, &c};
-        for (int i = 0; i < n_checks; ++i) {
-            const Vec3 g = form.gradient(*corners[i]);
-            const double along = turn * dot(n, g);
-            if (!(along > 0.0 && along * along >= kCosine * kCosine * area * area * dot(g, g)))
-                return 0.0;
-        }
         if (!form.is_plane()) {
             const Interval far = SurfaceForm::deviation_of(form.bends({a, b, c}));
             const double least = norm(form.gradient((a + b + c) / 3.0));
             if (!(std::max(-far.lo, far.hi) <= max_error_ * least)) return 0.0;
         }
-        return area / longest;
+        return here.height_ratio;
     }
 
     double roundness(std::int32_t s) const

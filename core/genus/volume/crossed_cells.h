@@ -3,9 +3,8 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <vector>
-
 #include <limits>
+#include <vector>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"

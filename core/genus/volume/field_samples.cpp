@@ -147,7 +147,10 @@ void FieldSamples::look(Node& node, Outcome& out) const
         out.kind = Kind::Divided;
         return;
     }
-    out.decided = mark_block(field_of(node), block, out.words);
+    // Its bound is known, if it has many samples.
+    out.decided = skip_ && n > static_cast<std::int64_t>(kFewSamples)
+                      ? mark_halves(field_of(node), block, out.words)
+                      : mark_block(field_of(node), block, out.words);
     const auto all = [&](SampleWord word) {
         return std::all_of(out.words.begin(), out.words.end(),
                            [&](SampleWord w) { return w == word; });
@@ -191,6 +194,12 @@ std::int64_t FieldSamples::mark_block(const Implicit& field, const Block& block,
             for (std::int32_t j = block.low[1]; j < block.high[1]; ++j) word_of(j, k) |= ones;
         return block.n_samples();
     }
+    return mark_halves(field, block, words);
+}
+
+std::int64_t FieldSamples::mark_halves(const Implicit& field, const Block& block,
+                                       TiledBits::Tile& words) const
+{
     Index length;
     for (int a = 0; a < 3; ++a) length[a] = block.high[a] - block.low[a];
     const int axis = longest_axis(length);

@@ -79,6 +79,8 @@ private:
     void look(Node& node, Outcome& out) const;
     std::int64_t mark_block(const Implicit& field, const Block& block,
                             TiledBits::Tile& words) const;
+    std::int64_t mark_halves(const Implicit& field, const Block& block,
+                             TiledBits::Tile& words) const;
 
     const Implicit& field_;
     GridLayout grid_;

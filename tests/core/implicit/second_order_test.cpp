@@ -220,5 +220,19 @@ TEST(SmoothParts, AreTakenOutOfWhatIsMonotone)
     EXPECT_EQ(n_leaves(many), 1u);
 }
 
+// An expression of 60 operations that has 2^60 ways through it: nobody is to go them.
+TEST(SmoothParts, OfExpressionsThatUseTheirPartsTwiceEnd)
+{
+    const Box3 box = cube_at({{0, 0, 0}}, 2.0);
+    const auto doubled = [&](Operation operation) {
+        Expression e = parse_expression("abs(x)");
+        for (int i = 0; i < 60; ++i) e = Expression::apply(operation, e, e);
+        return leaves_of(smooth_parts(e, box));
+    };
+    EXPECT_LE(doubled(Operation::Min), 64u);
+    EXPECT_EQ(doubled(Operation::Add), 1u);
+    EXPECT_EQ(doubled(Operation::Multiply), 1u);
+}
+
 }  // namespace
 }  // namespace genus

@@ -9,6 +9,7 @@
 
 #include "genus/mesh/topology.h"
 #include "genus/volume/crossed_cells.h"
+#include "genus/volume/cube_cases.h"
 #include "genus/volume/extended_marching_cubes.h"
 #include "genus/volume/field_samples.h"
 #include "genus/volume/marching_cubes.h"
@@ -73,19 +74,7 @@ std::vector<std::int64_t> all_numbers(const Bits& bits)
         cells.template visit_row<true>(slot, [&](const CrossedCell& c) {
             out.insert(out.end(), {c.i, c.j, c.k, c.cube});
             for (std::size_t e = 0; e < 12; ++e) {
-                constexpr std::array<std::array<int, 2>, 12> ends{{{0, 1},
-                                                                   {2, 3},
-                                                                   {4, 5},
-                                                                   {6, 7},
-                                                                   {0, 2},
-                                                                   {1, 3},
-                                                                   {4, 6},
-                                                                   {5, 7},
-                                                                   {0, 4},
-                                                                   {1, 5},
-                                                                   {2, 6},
-                                                                   {3, 7}}};
-                if ((c.cube >> ends[e][0] & 1) != (c.cube >> ends[e][1] & 1))
+                if ((c.cube >> kCubeEdges[e].from & 1) != (c.cube >> kCubeEdges[e].to & 1))
                     out.push_back(c.vertex[e]);
             }
             out.push_back(cells.first_inner_vertex(slot));
