@@ -256,14 +256,29 @@ private:
         const Vec3 ga = a.gradient(c), gb = b.gradient(c);
         const double na = norm(ga), nb = norm(gb);
         if (!(na > 0.0) || !(nb > 0.0)) return false;
-        const double turn = dot(ga, gb) < 0.0 ? -1.0 : 1.0;
+        // The difference of the two, of equal slope in the middle: where it is linear to speak of,
+        // or keeps its sign, they cross as their interpolants do, or not at all.
+        const double of_a = 1.0 / na, of_b = (dot(ga, gb) < 0.0 ? 1.0 : -1.0) / nb;
+        const Vec3 slope = of_a * ga + of_b * gb;
+        std::array<double, 4> apart;
         double vary = 0.0, far = 0.0;
-        for (const Vec3& v : p) {
-            vary =
-                std::max(vary, norm((a.gradient(v) - ga) / na) + norm((b.gradient(v) - gb) / nb));
-            far = std::max(far, std::fabs(a.value(v) / na - turn * b.value(v) / nb));
+        for (std::size_t i = 0; i < 4; ++i) {
+            vary = std::max(vary, norm(of_a * a.gradient(p[i]) + of_b * b.gradient(p[i]) - slope));
+            apart[i] = of_a * a.value(p[i]) + of_b * b.value(p[i]);
+            far = std::max(far, std::fabs(apart[i]));
         }
-        return far > most && norm(ga / na - turn * gb / nb) <= vary;
+        if (far <= most || norm(slope) > vary) return false;
+        if (!a.is_quadratic() || !b.is_quadratic()) return true;
+        const bool above = apart[0] > 0.0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            if ((apart[i] > 0.0) != above) return true;
+            for (std::size_t j = i + 1; j < 4; ++j) {
+                const Vec3 e = p[j] - p[i];
+                const double between = apart[i] + apart[j] - (of_a * a.bend(e) + of_b * b.bend(e));
+                if ((between > 0.0) != above) return true;
+            }
+        }
+        return false;
     }
 
     static bool bends_too_much(const SurfaceForm& form, const std::array<Vec3, 4>& p,

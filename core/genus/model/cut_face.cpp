@@ -306,21 +306,36 @@ std::array<double, 2> CutFace::own_distance(const std::array<Vec3, 3>& p, double
 
 // How far the corners of a face must move outward and inward for it to clear its surface, or
 // `kTooFar` if there is no room for that. Where one has less room the others make up for it.
-std::array<double, 2> CutFace::offsets(const std::array<Vec3, 3>& p,
-                                       const std::array<double, 3>& room, double slope) const
+std::array<double, 2> CutFace::offsets(const Triangle& t, const std::array<Vec3, 3>& p,
+                                       double slope) const
 {
-    const double least = limit_ * std::min({room[0], room[1], room[2]});
+    const double least =
+        limit_ * std::min({points_[t[0]].room, points_[t[1]].room, points_[t[2]].room});
     std::array<double, 2> distance = own_distance(p, slope);
     const double most = std::max(distance[0], distance[1]);
     if (most <= least) return distance;
     if (!(most <= limit_)) return {kTooFar, kTooFar};
     for (const std::size_t side : {0u, 1u}) {
         if (distance[side] <= least) continue;
-        const double times = (side == 0 ? 1.0 : -1.0) * sign_ / (slope * limit_);
-        if (!(form_->range_from(room, p, times).lo > 0.0)) return {kTooFar, kTooFar};
+        if (!clears(t, side)) return {kTooFar, kTooFar};
         distance[side] = limit_;
     }
     return distance;
+}
+
+// Whether a face clears its surface with its corners as far outward (side 0) or inward as they may
+// move: beside a short room the surface's own curvature counts.
+bool CutFace::clears(const Triangle& t, std::size_t side) const
+{
+    std::array<Vec3, 3> moved;
+    std::array<double, 3> values;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const FinePoint& p = points_[t[i]];
+        moved[i] = p.at + (side == 0 ? limit_ : -limit_) * p.room * p.direction;
+        values[i] = form_->value(moved[i]);
+    }
+    const Interval range = form_->range(moved, values);
+    return (side == 0) == (sign_ > 0.0) ? range.lo > 0.0 : range.hi < 0.0;
 }
 
 void CutFace::add(const Triangle& t)
@@ -336,8 +351,7 @@ void CutFace::judge(std::int32_t f)
     const std::array<Vec3, 3> p{points_[t[0]].at, points_[t[1]].at, points_[t[2]].at};
     const Vec3 g = form_->gradient((p[0] + p[1] + p[2]) / 3.0);
     turned_over_ = turned_over_ || !(sign_ * dot(cross(p[1] - p[0], p[2] - p[0]), g) > 0.0);
-    distances_[f] =
-        offsets(p, {points_[t[0]].room, points_[t[1]].room, points_[t[2]].room}, norm(g));
+    distances_[f] = offsets(t, p, norm(g));
     if (distances_[f][0] == kTooFar) too_far_.push_back(f);
 }
 

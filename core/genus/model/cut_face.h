@@ -97,8 +97,9 @@ private:
     bool mend();
     std::int32_t face_across(std::int32_t f, std::int32_t a, std::int32_t b) const;
     std::array<double, 2> own_distance(const std::array<Vec3, 3>& p, double slope) const;
-    std::array<double, 2> offsets(const std::array<Vec3, 3>& p, const std::array<double, 3>& room,
+    std::array<double, 2> offsets(const Triangle& t, const std::array<Vec3, 3>& p,
                                   double slope) const;
+    bool clears(const Triangle& t, std::size_t side) const;
     double chord_length(std::int32_t a, std::int32_t b) const;
 
     const SurfaceForm* form_ = nullptr;

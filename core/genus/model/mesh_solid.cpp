@@ -57,7 +57,7 @@ constexpr double kShortFibre = 0.125;  // of the tolerance
 constexpr int kQuickAttempts = 3, kWideAttempts = 2;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
-constexpr double kWideCosine = 0.87, kWideCosineSeveral = 0.92;
+constexpr double kWideCosine = 0.82, kWideCosineSeveral = 0.9;
 constexpr double kCreaseShare = 0.15;   // sagitta of a curve beside the height of a face
 constexpr double kCoarsest = 1.0 / 32;  // of the diagonal, as a tolerance to work to
 // Bounds tried once the deviation is measured, as shares of it, if one is as much smaller.
@@ -314,7 +314,7 @@ private:
     SurfaceMesh coarse_mesh(const SurfaceMesh& settled, bool wide) const
     {
         FlexibleMesh mesh{SurfaceMesh(settled)};
-        if (wide) widen(mesh, forms_, kWideShare * sandwich_width());
+        if (wide) widen(mesh, forms_, kWideShare * sandwich_width(), kTouch * result_.tolerance);
         std::vector<double> factors;
         subdivide(mesh, forms_, kEdgeShare * sandwich_width(), factors, options_.max_triangles,
                   {kCreaseShare, kFlatCrease * result_.tolerance});

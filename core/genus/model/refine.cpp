@@ -206,24 +206,11 @@ private:
     // Distance of the middle from the surface or curve it stands for, to first order.
     double distance_of_middle(std::int32_t s) const
     {
-        const bool crease = m_.is_crease(s);
         const auto on = carriers(s);
-        if (!crease && forms_[on[0]].is_plane()) return 0.0;
+        if (!m_.is_crease(s) && forms_[on[0]].is_plane()) return 0.0;
         const Vec3 middle = 0.5 * (m_.point(m_.from(s)) + m_.point(m_.to(s)));
-        const auto one = [&](std::int32_t i, Vec3& g) {
-            g = forms_[i].gradient(middle);
-            const double size = norm(g);
-            g = g / size;
-            return forms_[i].value(middle) / size;
-        };
-        Vec3 g, h;
-        const double p = one(on[0], g);
-        if (on[1] < 0) return std::fabs(p);
-        const double q = one(on[1], h);
-        // Least x with g.x = p, h.x = q.
-        const double c = dot(g, h), det = 1.0 - c * c;
-        if (!(det > 1e-6)) return std::max(std::fabs(p), std::fabs(q));
-        return std::sqrt(std::max(0.0, (p * p - 2.0 * c * p * q + q * q) / det));
+        return on[1] < 0 ? forms_[on[0]].distance(middle)
+                         : distance_from_curve(on[0], on[1], middle);
     }
 
     // What counts is how far the certificate must move the corners of the faces at the edge.

@@ -53,6 +53,24 @@ public:
         return distance(m_.point(m_.from(s)), m_.point(m_.to(s)));
     }
 
+    // Of a point from the curve in which two surfaces meet, to first order; where their normals are
+    // too much alike for that, from the farther of the two.
+    double distance_from_curve(std::int32_t s, std::int32_t t, const Vec3& p) const
+    {
+        const auto one = [&](std::int32_t i, Vec3& normal) {
+            normal = forms_[i].gradient(p);
+            const double slope = norm(normal);
+            normal = normal / slope;
+            return forms_[i].value(p) / slope;
+        };
+        Vec3 g, h;
+        const double u = one(s, g), v = one(t, h);
+        // The least x with g.x = u, h.x = v.
+        const double c = dot(g, h), det = 1.0 - c * c;
+        if (!(det > 1e-6)) return std::max(std::fabs(u), std::fabs(v));
+        return std::sqrt(std::max(0.0, (u * u - 2.0 * c * u * v + v * v) / det));
+    }
+
     // May the origin of s go to its end? Inside a face always, along a curve on the curve only.
     bool kind_allows(std::int32_t s) const
     {

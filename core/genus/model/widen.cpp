@@ -22,8 +22,9 @@ constexpr int kRounds = 3, kMoves = 3;
 
 class Widener : Shaper {
 public:
-    Widener(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error)
-        : Shaper(mesh, forms), max_error_(max_error), changes_(mesh)
+    Widener(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error,
+            double flat_enough)
+        : Shaper(mesh, forms), max_error_(max_error), flat_enough_(flat_enough), changes_(mesh)
     {
     }
 
@@ -141,10 +142,11 @@ private:
         double height = length;
         for (const std::int32_t side : {x, m_.twin(x)})
             height = std::min(height, norm(cross(q - p, m_.point(m_.apex(side)) - p)) / length);
-        double sagitta = 0.0;
-        for (const std::int32_t side : {x, m_.twin(x)})
-            sagitta = std::max(sagitta, forms_[m_.label(side) >> 1].distance(0.5 * (p + q)));
-        return sagitta <= kFlatCurve * height;
+        const Vec3 middle = 0.5 * (p + q);
+        const std::int32_t left = m_.label(x) >> 1, right = m_.label(m_.twin(x)) >> 1;
+        return std::max(forms_[left].distance(middle), forms_[right].distance(middle)) <=
+                   flat_enough_ ||
+               distance_from_curve(left, right, middle) <= kFlatCurve * height;
     }
 
     void flip_all()
@@ -193,15 +195,16 @@ private:
         changes_.note_move(v);
     }
 
-    double max_error_;
+    double max_error_, flat_enough_;
     Changes changes_;
 };
 
 }  // namespace
 
-void widen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error)
+void widen(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms, double max_error,
+           double flat_enough)
 {
-    Widener(mesh, forms, max_error).run();
+    Widener(mesh, forms, max_error, flat_enough).run();
 }
 
 }  // namespace genus

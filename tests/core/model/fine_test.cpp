@@ -37,7 +37,7 @@ struct Coarse {
         EXPECT_TRUE(separate_fans(mesh));
         settle_all(mesh, forms, 1e-4);
         FlexibleMesh flexible(std::move(mesh));
-        widen(flexible, forms, 0.5 * width);
+        widen(flexible, forms, 0.5 * width, 0.0);
         std::vector<double> factors;
         subdivide(flexible, forms, 0.5 * width, factors, 100'000, {0.15, 0.0005});
         mesh = flexible.release();
@@ -144,7 +144,7 @@ TEST(FineMesh, WideFacesAreFewAndStayOnTheirSurfaces)
     settle_all(mesh, forms, 1e-4);
     const std::size_t before = mesh.mesh.n_faces();
     FlexibleMesh flexible(std::move(mesh));
-    widen(flexible, forms, 0.4);
+    widen(flexible, forms, 0.4, 0.0);
     mesh = flexible.release();
     EXPECT_LT(3 * mesh.mesh.n_faces(), before);
     EXPECT_TRUE(validate(mesh.mesh).ok());
@@ -164,6 +164,30 @@ TEST(FineMesh, WideFacesAreFewAndStayOnTheirSurfaces)
             EXPECT_GT(turn * dot(normalized(cross(b - a, c - a)),
                                  normalized(forms[label >> 1].gradient(p))),
                       0.7);
+    }
+}
+
+// Two equal bores that cross touch each other where they meet: the way through a coarse mesh holds
+// there too, and the number of faces grows no faster than one over the tolerance.
+TEST(FineMesh, GrowsWithOneOverTheToleranceWhereSurfacesTouch)
+{
+    const Solid bore = cylinder(120, 15, 15, true);
+    const Solid part =
+        subtract({sphere(50), bore, transformed(bore, rotation(Vec3{{90.0, 0.0, 0.0}}))});
+    double before = 0.0;
+    for (double tolerance = 1.0; tolerance > 0.015; tolerance *= 0.5) {
+        MeshOptions options;
+        options.tolerance = tolerance;
+        options.measure = false;
+        const MeshedSolid made = mesh_solid(part, options);
+        EXPECT_TRUE(made.error.certified);
+        EXPECT_LE(made.error.bound, tolerance);
+        EXPECT_EQ(topology(made.mesh).euler, -4);
+        const auto faces = static_cast<double>(made.mesh.n_faces());
+        if (before > 0.0) {
+            EXPECT_LT(faces, 2.1 * before) << tolerance;
+        }
+        before = faces;
     }
 }
 
