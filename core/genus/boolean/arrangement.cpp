@@ -7,10 +7,10 @@
 
 namespace genus::exact {
 
-Candidates find_candidates(const Soup& soup, std::size_t most)
+Candidates find_candidates(const Soup& soup, std::vector<std::int32_t> owners, std::size_t most)
 {
     Candidates candidates;
-    candidates.tree = PlateTree(soup);
+    candidates.tree = PlateTree(soup, std::move(owners));
     const Plates& plates = candidates.tree.plates();
     const auto corners = [&](std::int32_t f) { return plates.corners(soup, f); };
     std::vector<std::vector<BoxTree::Pair>> found;

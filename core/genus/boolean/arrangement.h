@@ -17,7 +17,8 @@ struct Candidates {
     std::vector<BoxTree::Pair> pairs;
     bool complete = true;  // false: more than `most` are of two operands, and none is listed
 };
-Candidates find_candidates(const Soup& soup, std::size_t most);
+/// `owners` as from find_owners.
+Candidates find_candidates(const Soup& soup, std::vector<std::int32_t> owners, std::size_t most);
 
 /// The faces of a soup, cut along all their intersections, so that any two cells meet in common
 /// corners and edges only and no two cover each other.

@@ -364,12 +364,22 @@ std::vector<char> mixed_points(const Soup& soup, const Arrangement& arrangement,
 void number_fans(const Soup& soup, const std::vector<OutFace>& faces, const std::vector<Index>& out,
                  const std::vector<char>& mixed, std::vector<Index>& number, OutMesh& mesh)
 {
+    std::vector<Index> at_rim(soup.on_rim.size(), -1);  // by point
     for (std::size_t f = 0; f < faces.size(); ++f)
         for (int i = 0; i < 3; ++i) {
             const Index point = faces[f].corners[i];
             if (mixed[point] || number[3 * f + i] >= 0) continue;
+            if (soup.is_on_rim(point) && at_rim[point] >= 0) {
+                number[3 * f + i] = at_rim[point];
+                continue;
+            }
             const auto known = static_cast<Index>(mesh.points.size());
             mesh.points.push_back(point);
+            if (soup.is_on_rim(point)) {
+                // Its fan goes on beyond: see Beyond::keep.
+                number[3 * f + i] = at_rim[point] = known;
+                continue;
+            }
             const Index first = faces[f].source;
             Index at = first;
             do {
@@ -439,6 +449,7 @@ Splitting split_corners(const Soup& soup, const Arrangement& arrangement,
     mesh.faces.resize(faces.size());
     std::vector<Index> number(3 * faces.size(), -1);
     number_fans(soup, faces, out, mixed, number, mesh);
+    mesh.n_plain_points = mesh.points.size();
     for (Index f = 0; f < n; ++f)
         for (int i = 0; i < 3; ++i) {
             Index& known = number[mixed[faces[f].corners[i]] ? corners.find(3 * f + i) : 3 * f + i];

@@ -34,6 +34,8 @@ std::vector<OutFace> collect_faces(const Soup& soup, const Arrangement& arrangem
 struct OutMesh {
     std::vector<Triangle> faces;       // in the order of the OutFaces
     std::vector<std::int32_t> points;  // of each corner: its number in the arrangement
+    /// The first points are those at which only untouched faces end, in the order of these.
+    std::size_t n_plain_points = 0;
 };
 /// Nothing if an edge has no room for one; `place` is a point of it then.
 std::optional<OutMesh> split_to_manifold(const Soup& soup, Arrangement& arrangement,

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <span>
 
+#include "genus/boolean/star_shaped.h"
+
 namespace genus::exact {
 
 namespace {
@@ -68,8 +70,17 @@ private:
         first_ = static_cast<Index>(size.size());
         divided_.assign(size.size(), 0);
         for (Index i = 0; i < first_; ++i) divided_[i] = crosses_itself(i) && size[i] >= kFewFaces;
-        for (Index f = 0; f < n_faces(); ++f)
-            if (!crosses_itself(soup_.operand[f])) owner_[f] = soup_.operand[f];
+        for (Index begin = 0, end = 0; begin < n_faces(); begin = end) {
+            const Index operand = soup_.operand[begin];
+            while (end < n_faces() && soup_.operand[end] == operand) ++end;
+            // The faces of an operand are mostly in a row.
+            if (divided_[operand] && size[operand] == end - begin &&
+                is_star_shaped(soup_, begin, end))
+                divided_[operand] = 0;
+            else if (crosses_itself(operand))
+                continue;
+            std::fill(owner_.begin() + begin, owner_.begin() + end, operand);
+        }
     }
     bool crosses_itself(Index operand) const
     {

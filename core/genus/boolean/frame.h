@@ -95,6 +95,8 @@ public:
                 std::max(kCloseSteps, std::min(kCloseUnits * unit_[k], most_snap * kGridLimit));
         return reach;
     }
+    /// What `rounded` may move a coordinate by at most, in steps.
+    double rounding() const { return 1.0 + std::max({unit_[0], unit_[1], unit_[2]}); }
     /// What `coarsened` may move a coordinate by, as a share of the size of the box.
     double coarseness(int bits) const
     {

@@ -23,10 +23,11 @@ public:
     std::optional<Solved> solve(const Soup& soup, const BooleanFormula& formula, Index n_operands)
     {
         find_long_lists(soup, formula, n_operands);
-        const std::size_t n_faces = soup.faces.size();
-        Start start = look_over(soup, formula, n_operands,
-                                lists_.empty() ? kAnyNumber : kPairsToLookAt * n_faces);
-        bool at_once = lists_.empty() || few_pairs(start, soup);
+        if (lists_.empty())
+            return solve_whole(soup, frame_, formula, n_operands, options_,
+                               look_over_zone(soup, frame_, formula, n_operands), report_, place_);
+        Start start = look_over(soup, formula, n_operands, kPairsToLookAt * soup.faces.size());
+        bool at_once = few_pairs(start, soup);
         if (!at_once &&
             surviving_share(soup, start.candidates.tree, in_lists(n_operands)) > kMuchSurvives) {
             at_once = true;

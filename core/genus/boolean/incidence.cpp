@@ -101,7 +101,7 @@ private:
         out_.passive.assign(soup_.faces.size(), 1);
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             for (int i = 0; i < 3; ++i)
-                if (soup_.twin[3 * f + i] < 0 || is_buried(static_cast<Index>(f)))
+                if (soup_.twin[3 * f + i] == -1 || is_buried(static_cast<Index>(f)))
                     wake(static_cast<Index>(f));
     }
 

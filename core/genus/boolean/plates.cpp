@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "genus/base/parallel.h"
-#include "genus/boolean/charts.h"
 
 namespace genus::exact {
 
@@ -107,9 +106,8 @@ Corners Plates::quadrangle(const Soup& soup, Index f) const
     return c;
 }
 
-PlateTree::PlateTree(const Soup& soup)
+PlateTree::PlateTree(const Soup& soup, std::vector<Index> owners)
 {
-    std::vector<Index> owners = find_owners(soup);
     plates_ = Plates(soup, owners);
     if (!plates_.empty()) {
         for (Index f = 0; f < static_cast<Index>(soup.faces.size()); ++f)

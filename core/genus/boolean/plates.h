@@ -55,7 +55,8 @@ bool same_plane(const Soup& soup, std::int32_t h);
 class PlateTree {
 public:
     PlateTree() = default;
-    explicit PlateTree(const Soup& soup);
+    /// `owners` as from find_owners.
+    PlateTree(const Soup& soup, std::vector<std::int32_t> owners);
     /// Each face a plate by itself, for those to whom pairs are known already.
     static PlateTree of_faces(const Soup& soup);
 

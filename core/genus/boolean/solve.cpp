@@ -8,6 +8,7 @@
 #include "genus/boolean/assemble.h"
 #include "genus/boolean/box_map.h"
 #include "genus/boolean/buried.h"
+#include "genus/boolean/charts.h"
 #include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
 #include "genus/boolean/ray.h"
@@ -21,6 +22,8 @@ namespace {
 using Index = std::int32_t;
 
 constexpr int kMendRounds = 10, kFirstRounds = 2;
+// A point is rounded once; twice that, for what rounding does to its distance from others.
+constexpr double kRoundings = 2.0;
 
 // What is wrong with a result.
 struct Defects {
@@ -50,12 +53,6 @@ bool collide(const Solved& mesh, Index f, Index g, bool& parts_touch)
     return !certainly_apart(a, b) && !find_contact(a, b).trivial();
 }
 
-// What the rounding of a result did.
-struct Rounding {
-    std::vector<char> moved;    // by point
-    std::vector<Index> turned;  // faces that now turn the other way
-};
-
 // Faces of parts that the rounding may have turned inside out: thin ones whose corners moved to the
 // other side, so that a quarter of their faces or more turned over, and which meet nothing.
 std::vector<Index> find_turned_parts(const Solved& mesh, const Rounding& rounding)
@@ -75,13 +72,18 @@ std::vector<Index> find_turned_parts(const Solved& mesh, const Rounding& roundin
     return bad;
 }
 
-// Faces of parts of few faces that rounding left with no volume, or a negative one, and that lie in
-// nothing that they could hollow out. Exact.
-std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rounding)
+// The parts that have few faces and a corner that rounding moved.
+struct SmallParts {
+    DisjointSets parts{0};
+    std::map<Index, std::vector<Index>> faces;  // by part
+};
+
+SmallParts find_small_moved_parts(const Solved& mesh, const Rounding& rounding)
 {
     constexpr Index kFew = 16;
+    SmallParts small;
     if (std::none_of(rounding.moved.begin(), rounding.moved.end(), [](char m) { return m != 0; }))
-        return {};
+        return small;
     DisjointSets parts(mesh.points.size());
     for (const Triangle& t : mesh.faces) {
         parts.unite(t[0], t[1]);
@@ -92,16 +94,24 @@ std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rou
         if (rounding.moved[v]) moved[parts.find(static_cast<Index>(v))] = 1;
     std::vector<Index> size(mesh.points.size(), 0);  // by part
     for (const Triangle& t : mesh.faces) ++size[parts.find(t[0])];
-    std::map<Index, std::vector<Index>> few;  // faces by part
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         const Index part = parts.find(mesh.faces[f][0]);
-        if (moved[part] && size[part] <= kFew) few[part].push_back(static_cast<Index>(f));
+        if (moved[part] && size[part] <= kFew) small.faces[part].push_back(static_cast<Index>(f));
     }
+    small.parts = std::move(parts);
+    return small;
+}
+
+// Faces of parts of few faces that rounding left with no volume, or a negative one, and that lie in
+// nothing that they could hollow out. Exact.
+std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rounding)
+{
+    SmallParts small = find_small_moved_parts(mesh, rounding);
     const auto corner = [&](Index f, int i) -> const Vec3& {
         return mesh.points[mesh.faces[f][i]];
     };
     std::vector<Index> bad;
-    for (const auto& [part, list] : few) {
+    for (const auto& [part, list] : small.faces) {
         WideInt<4> volume;
         for (const Index f : list)
             volume = WideInt<4>(volume + plane_through(corner(f, 0), corner(f, 1), corner(f, 2)).d);
@@ -113,7 +123,7 @@ std::vector<Index> find_inverted_slivers(const Solved& mesh, const Rounding& rou
         Index winding = 0;
         for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
             const auto face = static_cast<Index>(f);
-            if (parts.find(mesh.faces[f][0]) != part)
+            if (small.parts.find(mesh.faces[f][0]) != part)
                 winding += hit(ray, corner(face, 0), corner(face, 1), corner(face, 2));
         }
         if (winding == 0) bad.insert(bad.end(), list.begin(), list.end());
@@ -176,15 +186,34 @@ Defects find_collisions(Solved& mesh, const std::vector<char>& moved)
     return bad;
 }
 
+Start look_over_all(const Soup& soup, std::vector<Index> owners, const BooleanFormula& formula,
+                    Index n_operands, std::size_t most_pairs)
+{
+    Start start{std::nullopt, find_candidates(soup, std::move(owners), most_pairs), {}};
+    if (n_operands > 2 && start.candidates.complete)
+        start.buried = find_buried(soup, start.candidates, formula, n_operands);
+    return start;
+}
+
 }  // namespace
 
 Start look_over(const Soup& soup, const BooleanFormula& formula, Index n_operands,
                 std::size_t most_pairs)
 {
-    Start start{find_candidates(soup, most_pairs), {}};
-    if (n_operands > 2 && start.candidates.complete)
-        start.buried = find_buried(soup, start.candidates, formula, n_operands);
-    return start;
+    return look_over_all(soup, find_owners(soup), formula, n_operands, most_pairs);
+}
+
+Start look_over_zone(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                     Index n_operands)
+{
+    std::vector<Index> owners = find_owners(soup);
+    // With buried faces the outcome is cut up in another way: what is known of operands must not
+    // decide between the two.
+    std::optional<Zone> zone =
+        find_zone(soup, owners, kRoundings * frame.rounding(), n_operands > 2);
+    if (!zone) return look_over_all(soup, std::move(owners), formula, n_operands, kAnyNumber);
+    Candidates candidates = find_candidates(zone->soup, std::move(zone->owners), kAnyNumber);
+    return {std::move(zone), std::move(candidates), {}};
 }
 
 namespace {
@@ -205,6 +234,20 @@ bool turned_by(const std::vector<char>& moved, const Solved& mesh, Index f, cons
     return sign(axis, mesh.points, t) == -before;
 }
 
+Solved::Rim rim_of(const Soup& zone, const Selection& selection, const std::vector<OutFace>& faces,
+                   const OutMesh& mesh)
+{
+    Solved::Rim rim{selection.tracts, {}, {}};
+    // What was halved has its other half at the end.
+    for (const OutFace& face : faces) {
+        if (!face.fixed || (!rim.sources.empty() && face.source <= rim.sources.back())) break;
+        rim.sources.push_back(face.source);
+    }
+    for (std::size_t i = 0; i < mesh.n_plain_points; ++i)
+        rim.on_rim.push_back(zone.is_on_rim(mesh.points[i]) ? mesh.points[i] : -1);
+    return rim;
+}
+
 // The surface of a soup by formula, rounded. Nothing if it touches itself along an edge too short
 // to be two; `place` is a point of it then.
 std::optional<Solved> solve_once(const Soup& soup, const Frame& frame,
@@ -216,7 +259,7 @@ std::optional<Solved> solve_once(const Soup& soup, const Frame& frame,
     Arrangement arrangement = arrange(soup, std::move(start.candidates), std::move(start.buried));
     auto found = select(soup, arrangement, formula, n_operands, rule);
     if (!found) {
-        arrangement = arrange(soup, find_candidates(soup, kAnyNumber), {});
+        arrangement = arrange(soup, find_candidates(soup, find_owners(soup), kAnyNumber), {});
         found = select(soup, arrangement, formula, n_operands, rule);
     }
     const Selection& selection = *found;
@@ -257,6 +300,7 @@ std::optional<Solved> solve_once(const Soup& soup, const Frame& frame,
         solved.points[i] = frame.rounded(p.approx);
         rounding.moved[i] = middle || !same_point({solved.points[i], nullptr}, p);
     }
+    if (soup.n_tracts > 0) solved.rim = rim_of(soup, selection, faces, mesh);
     solved.given.reserve(faces.size());
     for (std::size_t f = 0; f < faces.size(); ++f) {
         solved.given.push_back(soup.given[faces[f].source]);
@@ -319,7 +363,27 @@ Operand as_operand(const Solved& solved, const std::vector<BoxTree::Pair>& pairs
         const auto [low, high] = std::minmax(place_of[f], place_of[g]);
         known.pairs.push_back({low, high});
     }
-    return {std::move(soup), {std::move(known), {}}};
+    return {std::move(soup), {std::nullopt, std::move(known), {}}};
+}
+
+}  // namespace
+
+namespace {
+
+// The defects of a result that rounding made. Notes where parts touch.
+Defects find_defects(Solved& solved, const Rounding& rounding)
+{
+    Defects bad = find_collisions(solved, rounding.moved);
+    if (bad.faces.empty()) bad.faces = find_turned_parts(solved, rounding);
+    if (bad.faces.empty()) bad.faces = find_inverted_slivers(solved, rounding);
+    return bad;
+}
+
+// A zone without defects, as part of the whole: a part of it that is small may be large there.
+bool is_sound_zone(Solved& solved, const Rounding& rounding)
+{
+    return find_collisions(solved, rounding.moved).faces.empty() && rounding.turned.empty() &&
+           find_small_moved_parts(solved, rounding).faces.empty();
 }
 
 }  // namespace
@@ -330,18 +394,26 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
                                   MeshBooleanReport& report, Vec3& place)
 {
     Rounding rounding;
+    const std::optional<Zone> zone = std::move(start.zone);
     std::optional<Solved> found =
-        solve_once(soup, frame, formula, n_operands, InsideRule::NonZero, options.merge_coplanar,
-                   std::move(start), rounding, report, place);
+        solve_once(zone ? zone->soup : soup, frame, formula, n_operands, InsideRule::NonZero,
+                   options.merge_coplanar, std::move(start), rounding, report, place);
     if (!found) return std::nullopt;
+    if (zone) {
+        const bool sound = is_sound_zone(*found, rounding);
+        const auto n_far = static_cast<std::int64_t>(soup.faces.size() - zone->soup.faces.size());
+        if (!zone->beyond->add_to(*found, rounding))
+            return solve_whole(soup, frame, formula, n_operands, options,
+                               look_over(soup, formula, n_operands), report, place);
+        report.n_passive_faces += n_far;
+        if (sound) return found;
+    }
     const bool saw_all = found->saw_all;
     const std::vector<Index> touch_themselves = std::move(found->touch_themselves);
     std::size_t least_bad = std::numeric_limits<std::size_t>::max();
     for (int round = 0; found; ++round) {
         Solved& solved = *found;
-        Defects bad = find_collisions(solved, rounding.moved);
-        if (bad.faces.empty()) bad.faces = find_turned_parts(solved, rounding);
-        if (bad.faces.empty()) bad.faces = find_inverted_slivers(solved, rounding);
+        const Defects bad = find_defects(solved, rounding);
         if (bad.faces.empty()) {
             solved.saw_all = saw_all;
             solved.touch_themselves = touch_themselves;

@@ -7,6 +7,8 @@
 #include "genus/boolean/arrangement.h"
 #include "genus/boolean/frame.h"
 #include "genus/boolean/mesh_boolean.h"
+#include "genus/boolean/solved.h"
+#include "genus/boolean/zone.h"
 
 namespace genus::exact {
 
@@ -18,21 +20,9 @@ inline bool is_flat(const Vec3& a, const Vec3& b, const Vec3& c)
     return dominant_axis(a, b, c) < 0;
 }
 
-/// A solved cluster, on its grid.
-struct Solved {
-    std::vector<Vec3> points;
-    std::vector<Triangle> faces;
-    std::vector<Soup::Given> given;
-
-    /// All pairs of faces were looked at, those of operands that promise not to cross themselves
-    /// excepted.
-    bool saw_all = false;
-    std::vector<std::int32_t> touch_themselves;  // operands of which that was seen; repeated
-    bool parts_touch = false;                    // corners at one place with numbers of their own
-};
-
 /// What is known of a soup before anything is cut.
 struct Start {
+    std::optional<Zone> zone;  // where there is one, the candidates are its
     Candidates candidates;
     std::vector<char> buried;
 };
@@ -41,6 +31,9 @@ struct Start {
 /// operands.
 Start look_over(const Soup& soup, const BooleanFormula& formula, std::int32_t n_operands,
                 std::size_t most_pairs = kAnyNumber);
+/// The same for the zone of a soup alone, where it has one.
+Start look_over_zone(const Soup& soup, const Frame& frame, const BooleanFormula& formula,
+                     std::int32_t n_operands);
 
 /// The surface of a soup by formula, rounded to points of the frame that are triples of doubles,
 /// and solved again where that makes it cross itself. Nothing if that does not help; `place` then

@@ -6,6 +6,8 @@
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
+#include "genus/boolean/beyond.h"
+#include "genus/boolean/lists.h"
 #include "genus/boolean/ray.h"
 #include "genus/boolean/sheets.h"
 #include "genus/mesh/disjoint_sets.h"
@@ -91,24 +93,45 @@ private:
     void find_patches()
     {
         patch_.assign(soup_.faces.size(), -1);
+        patch_of_tract_.assign(soup_.n_tracts, -1);
+        const Lists<Index> along_rim = faces_by_tract();
         std::vector<Index> stack;
-        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
-            if (!cut_.passive[f] || patch_[f] >= 0) continue;
-            const auto patch = static_cast<Index>(patch_face_.size());
-            patch_face_.push_back(f);
+        Index patch = 0;
+        const auto enter = [&](Index f) {
+            if (!cut_.passive[f] || patch_[f] >= 0) return;
             patch_[f] = patch;
             stack.push_back(f);
+        };
+        for (Index f = 0; f < static_cast<Index>(soup_.faces.size()); ++f) {
+            if (!cut_.passive[f] || patch_[f] >= 0) continue;
+            patch = static_cast<Index>(patch_face_.size());
+            patch_face_.push_back(f);
+            enter(f);
             while (!stack.empty()) {
                 const Index at = stack.back();
                 stack.pop_back();
                 for (int i = 0; i < 3; ++i) {
-                    const Index other = soup_.twin[3 * at + i] / 3;  // passive: twins exist
-                    if (!cut_.passive[other] || patch_[other] >= 0) continue;
-                    patch_[other] = patch;
-                    stack.push_back(other);
+                    const Index h = soup_.twin[3 * at + i];  // passive: there is one
+                    if (h >= 0) {
+                        enter(h / 3);
+                        continue;
+                    }
+                    Index& known = patch_of_tract_[Soup::tract_across(h)];
+                    if (known >= 0) continue;
+                    known = patch;
+                    for (const Index f_at_rim : along_rim[Soup::tract_across(h)]) enter(f_at_rim);
                 }
             }
         }
+    }
+
+    Lists<Index> faces_by_tract() const
+    {
+        std::vector<Lists<Index>::Keyed> at_rim;
+        for (std::size_t h = 0; soup_.n_tracts > 0 && h < soup_.twin.size(); ++h)
+            if (soup_.twin[h] < -1)
+                at_rim.push_back({Soup::tract_across(soup_.twin[h]), static_cast<Index>(h / 3)});
+        return {static_cast<std::size_t>(soup_.n_tracts), at_rim};
     }
 
     Index corner(Index f, int i) const { return cut_.first_equal[soup_.faces[f][i]]; }
@@ -301,6 +324,7 @@ private:
             const int s = hit(ray, soup_.points[t[0]], soup_.points[t[1]], soup_.points[t[2]]);
             if (s != 0) hits.push_back({soup_.operand[f], s});
         });
+        if (soup_.beyond != nullptr) soup_.beyond->add_hits(ray, hits);
         std::sort(hits.begin(), hits.end());
         std::vector<std::pair<Index, Index>> winding;
         for (const auto& [operand, s] : hits) {
@@ -425,6 +449,8 @@ private:
         selection.faces.assign(soup_.faces.size(), 0);
         for (std::size_t f = 0; f < soup_.faces.size(); ++f)
             if (patch_[f] >= 0) selection.faces[f] = kept_items[n_pieces() + patch_[f]];
+        for (const Index patch : patch_of_tract_)
+            selection.tracts.push_back(kept_items[n_pieces() + patch]);
         return selection;
     }
 
@@ -440,6 +466,7 @@ private:
     std::vector<Index> first_cell_;  // of each item made of cells
     std::vector<Index> patch_;       // of each face, -1 where not passive
     std::vector<Index> patch_face_;  // the first face of each patch
+    std::vector<Index> patch_of_tract_;
     std::vector<Sheet> sheets_;
     DisjointSets sides_{0};  // regions: sides that see each other
     std::vector<Index> item_start_;

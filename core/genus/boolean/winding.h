@@ -16,7 +16,8 @@ enum class InsideRule { NonZero, Positive };
 /// is, -1 for one that is kept turned over, 0 for one left out. The same for passive faces.
 struct Selection {
     std::vector<std::int8_t> cells;
-    std::vector<std::int8_t> faces;  // of the soup; 0 where not passive
+    std::vector<std::int8_t> faces;   // of the soup; 0 where not passive
+    std::vector<std::int8_t> tracts;  // of a zone
 };
 
 /// Follows the regions of space from cell to cell: round every edge the cells are sorted by exact

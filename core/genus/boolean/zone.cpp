@@ -1,0 +1,263 @@
+#include "genus/boolean/zone.h"
+
+#include <algorithm>
+
+#include "genus/base/parallel.h"
+#include "genus/boolean/cell_grid.h"
+#include "genus/boolean/plates.h"
+
+namespace genus::exact {
+
+namespace {
+
+using Index = std::int32_t;
+
+constexpr std::size_t kFewFaces = 4096;  // not worth a zone
+constexpr std::size_t kLeastSaved = 4;   // a zone holds at most one face in so many
+constexpr std::size_t kGrain = 65536;
+// Cells gone through, for each face: large faces have many.
+constexpr std::size_t kMostCells = 16;
+
+class Finder {
+public:
+    Finder(const Soup& whole, const std::vector<Index>& owners, double reach)
+        : whole_(whole), owners_(owners), reach_(reach), grid_(whole.points, whole.faces.size())
+    {
+    }
+
+    std::optional<Zone> run(bool by_operands)
+    {
+        if (by_operands && (!mark(whole_.operand) || !saves_much(count_mixed())))
+            return std::nullopt;
+        if (!mark(owners_)) return std::nullopt;
+        find_close();
+        if (!by_operands && !saves_much(count_near())) return std::nullopt;
+        follow_planes();
+        mark_surroundings();
+        find_surroundings();
+        if (!by_operands && !saves_much(count_near())) return std::nullopt;
+        find_tracts();
+        return make_zone();
+    }
+
+private:
+    // A face may be near others to be cut; or just come along.
+    enum : char { kFar, kClose, kAround };
+    // What a cell holds beside the number of an owner.
+    enum : Index { kEmpty = -1, kMixed = -2, kSurrounding = -3 };
+    static constexpr Index kInZone = -1, kUnknown = -2;
+
+    std::size_t n_faces() const { return whole_.faces.size(); }
+
+    // Cells by the number that all their faces have. False if faces have too many cells.
+    bool mark(const std::vector<Index>& label)
+    {
+        cells_.assign(grid_.n_cells(), kEmpty);
+        std::size_t n_seen = 0;
+        for (std::size_t f = 0; f < n_faces() && n_seen <= kMostCells * n_faces(); ++f) {
+            const Index number = label[f];
+            const Triangle& t = whole_.faces[f];
+            grid_.visit_until(t, grid_.range(t), 0.0, [&](std::size_t cell) {
+                ++n_seen;
+                Index& known = cells_[cell];
+                if (known == kEmpty && number >= 0)
+                    known = number;
+                else if (known != number || number < 0)
+                    known = kMixed;
+                return false;
+            });
+        }
+        return n_seen <= kMostCells * n_faces();
+    }
+
+    // Faces at edges that do not join exactly two are always cut.
+    bool has_open_edge(std::size_t f) const
+    {
+        const Index* twin = whole_.twin.data() + 3 * f;
+        return twin[0] < 0 || twin[1] < 0 || twin[2] < 0;
+    }
+
+    bool has_cell(std::size_t f, Index kind) const
+    {
+        const Triangle& t = whole_.faces[f];
+        return grid_.visit_until(t, grid_.range(t), 0.0,
+                                 [&](std::size_t cell) { return cells_[cell] == kind; });
+    }
+
+    void find_close()
+    {
+        near_.resize(n_faces());
+        parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t f = begin; f < end; ++f)
+                near_[f] = has_open_edge(f) || has_cell(f, kMixed) ? kClose : kFar;
+        });
+    }
+
+    bool saves_much(std::size_t n_in_zone) const { return n_in_zone * kLeastSaved <= n_faces(); }
+
+    std::size_t count_near() const
+    {
+        return n_faces() - static_cast<std::size_t>(std::count(near_.begin(), near_.end(), kFar));
+    }
+
+    std::size_t count_mixed() const
+    {
+        std::size_t n = 0;
+        for (std::size_t f = 0; f < n_faces(); ++f) n += has_cell(f, kMixed);
+        return n;
+    }
+
+    // What continues the plane of a close face may become one face with it.
+    void follow_planes()
+    {
+        std::vector<Index> stack;
+        for (std::size_t f = 0; f < n_faces(); ++f)
+            if (near_[f] == kClose) stack.push_back(static_cast<Index>(f));
+        while (!stack.empty()) {
+            const Index f = stack.back();
+            stack.pop_back();
+            for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+                const Index twin = whole_.twin[h];
+                if (twin < 0 || near_[twin / 3] == kClose || !same_plane(whole_, h)) continue;
+                near_[twin / 3] = kClose;
+                stack.push_back(twin / 3);
+            }
+        }
+    }
+
+    void mark_surroundings()
+    {
+        for (std::size_t f = 0; f < n_faces(); ++f) {
+            if (near_[f] != kClose) continue;
+            const Triangle& t = whole_.faces[f];
+            grid_.visit_until(t, grid_.range(t, reach_), reach_, [&](std::size_t cell) {
+                cells_[cell] = kSurrounding;
+                return false;
+            });
+        }
+    }
+
+    void find_surroundings()
+    {
+        parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t f = begin; f < end; ++f)
+                if (near_[f] == kFar && has_cell(f, kSurrounding)) near_[f] = kAround;
+        });
+        cells_ = {};
+    }
+
+    // Numbers the far faces by tract. One with no face of the zone next to it lends its first.
+    void find_tracts()
+    {
+        tract_.resize(n_faces());
+        for (std::size_t f = 0; f < n_faces(); ++f)
+            tract_[f] = near_[f] == kFar ? kUnknown : kInZone;
+        std::vector<Index> stack;
+        for (Index first = 0; first < static_cast<Index>(n_faces()); ++first) {
+            if (tract_[first] != kUnknown) continue;
+            bool has_rim = false;
+            tract_[first] = n_tracts_;
+            stack.push_back(first);
+            while (!stack.empty()) {
+                const Index f = stack.back();
+                stack.pop_back();
+                for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+                    Index& other = tract_[whole_.twin[h] / 3];
+                    has_rim = has_rim || other == kInZone;
+                    if (other != kUnknown) continue;
+                    other = n_tracts_;
+                    stack.push_back(whole_.twin[h] / 3);
+                }
+            }
+            if (!has_rim) tract_[first] = kInZone;
+            ++n_tracts_;
+        }
+    }
+
+    // Numbers stay in order, so that the outcome does not depend on what is left out.
+    Zone make_zone()
+    {
+        Zone zone;
+        std::vector<Index> face;  // of the zone: in the whole
+        std::vector<Index> place(n_faces(), -1);
+        for (std::size_t f = 0; f < n_faces(); ++f) {
+            if (tract_[f] != kInZone) continue;
+            place[f] = static_cast<Index>(face.size());
+            face.push_back(static_cast<Index>(f));
+        }
+        std::vector<Index> point = add_points(face, zone.soup);
+        add_faces(face, zone);
+        add_rim(face, place, zone.soup);
+        zone.beyond = std::make_unique<Beyond>(whole_, std::move(grid_), std::move(tract_),
+                                               std::move(face), std::move(point));
+        zone.soup.beyond = zone.beyond.get();
+        return zone;
+    }
+
+    // Returns their numbers in the whole.
+    std::vector<Index> add_points(const std::vector<Index>& face, Soup& soup)
+    {
+        number_.assign(whole_.points.size(), -1);
+        for (const Index f : face)
+            for (const Index v : whole_.faces[f]) number_[v] = 0;
+        std::vector<Index> point;
+        for (std::size_t v = 0; v < number_.size(); ++v) {
+            if (number_[v] < 0) continue;
+            number_[v] = static_cast<Index>(point.size());
+            point.push_back(static_cast<Index>(v));
+            soup.points.push_back(whole_.points[v]);
+        }
+        return point;
+    }
+
+    void add_faces(const std::vector<Index>& face, Zone& zone) const
+    {
+        Soup& soup = zone.soup;
+        for (const Index f : face) {
+            Triangle t = whole_.faces[f];
+            for (Index& v : t) v = number_[v];
+            soup.faces.push_back(t);
+            soup.operand.push_back(whole_.operand[f]);
+            soup.given.push_back(whole_.given[f]);
+            zone.owners.push_back(owners_[f]);
+        }
+        soup.crosses_itself = whole_.crosses_itself;
+    }
+
+    void add_rim(const std::vector<Index>& face, const std::vector<Index>& place, Soup& soup) const
+    {
+        soup.n_tracts = n_tracts_;
+        soup.on_rim.assign(soup.points.size(), 0);
+        for (std::size_t f = 0; f < face.size(); ++f)
+            for (int i = 0; i < 3; ++i) {
+                const Index h = whole_.twin[3 * face[f] + i];
+                const Index tract = h < 0 ? kInZone : tract_[h / 3];
+                soup.twin.push_back(h < 0              ? -1
+                                    : tract == kInZone ? 3 * place[h / 3] + h % 3
+                                                       : Soup::across_rim(tract));
+                if (tract != kInZone)
+                    for (const int end : {i, (i + 1) % 3}) soup.on_rim[soup.faces[f][end]] = 1;
+            }
+    }
+
+    const Soup& whole_;
+    const std::vector<Index>& owners_;
+    double reach_;
+    CellGrid grid_;
+    std::vector<Index> cells_;
+    std::vector<char> near_;    // by face
+    std::vector<Index> tract_;  // by face
+    Index n_tracts_ = 0;
+    std::vector<Index> number_;  // by point of the whole: in the zone
+};
+
+}  // namespace
+
+std::optional<Zone> find_zone(const Soup& whole, const std::vector<Index>& owners, double reach,
+                              bool by_operands)
+{
+    if (whole.faces.size() < kFewFaces) return std::nullopt;
+    return Finder(whole, owners, reach).run(by_operands);
+}
+
+}  // namespace genus::exact
