@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "genus/base/error.h"
 #include "genus/mesh/disjoint_sets.h"
@@ -16,6 +17,7 @@ namespace {
 using Index = std::int32_t;
 
 constexpr double kLargest = 1e300;
+constexpr Index kManyEdges = 64;  // at a corner: too many to look through for each
 
 int next(int i)
 {
@@ -26,6 +28,11 @@ int next(int i)
 {
     throw InvalidInput("mesh_boolean: operand " + std::to_string(number) + ", face " +
                        std::to_string(face) + ": " + what);
+}
+
+bool is_flat(const Triangle& t)
+{
+    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
 void check_numbers(const IndexedMesh& mesh, Index number)
@@ -64,44 +71,99 @@ std::vector<Index> first_at_place(const std::vector<Vec3>& vertices)
     return first;
 }
 
+bool has_flat(std::span<const Triangle> faces)
+{
+    return std::any_of(faces.begin(), faces.end(), is_flat);
+}
+
 void drop_flat(ClosedOperand& operand)
 {
-    const auto flat = [](const Triangle& t) {
-        return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-    };
-    if (std::none_of(operand.faces.begin(), operand.faces.end(), flat)) return;
+    if (!has_flat(operand.faces)) return;
     std::vector<Triangle> faces;
     std::vector<Index> source;
     for (std::size_t f = 0; f < operand.faces.size(); ++f) {
-        if (flat(operand.faces[f])) continue;
+        if (is_flat(operand.faces[f])) continue;
         faces.push_back(operand.faces[f]);
         source.push_back(operand.source.empty() ? static_cast<Index>(f) : operand.source[f]);
     }
-    operand.faces = std::move(faces);
+    operand.own_faces = std::move(faces);
+    operand.faces = operand.own_faces;
     operand.source = std::move(source);
 }
 
-void find_components(std::size_t n_vertices, ClosedOperand& operand)
+void find_components(const IndexedMesh& mesh, ClosedOperand& operand)
 {
-    DisjointSets sets(static_cast<Index>(n_vertices));
+    DisjointSets sets(mesh.vertices.size());
     for (const Triangle& t : operand.faces) {
         sets.unite(t[0], t[1]);
         sets.unite(t[0], t[2]);
     }
-    std::vector<Index> number(n_vertices, -1);
-    operand.component.resize(operand.faces.size());
-    for (std::size_t f = 0; f < operand.faces.size(); ++f) {
-        Index& known = number[sets.find(operand.faces[f][0])];
-        if (known < 0) known = operand.n_components++;
-        operand.component[f] = known;
+    std::vector<Index> number(mesh.vertices.size(), -1);
+    Index n = 0;
+    for (const Triangle& t : operand.faces)
+        if (Index& known = number[sets.find(t[0])]; known < 0) known = n++;
+    operand.boxes.resize(n);
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        // Nothing ends at a vertex of no component.
+        const Index component = number[sets.find(static_cast<Index>(v))];
+        if (component >= 0) operand.boxes[component].add(mesh.vertices[v]);
     }
+    if (n < 2) return;
+    operand.component.reserve(operand.faces.size());
+    for (const Triangle& t : operand.faces) operand.component.push_back(number[sets.find(t[0])]);
+}
+
+// The usual case, in which every edge is passed once each way. False if it is not: `twin` then is
+// good for nothing.
+bool find_single_twins(std::size_t n_vertices, std::span<const Triangle> faces,
+                       std::vector<Index>& twin)
+{
+    // Halfedges that go up, by their lower corner.
+    std::vector<Index> start(n_vertices + 1, 0);
+    for (const Triangle& t : faces)
+        for (int i = 0; i < 3; ++i)
+            if (t[i] < t[next(i)]) ++start[t[i] + 1];
+    for (std::size_t v = 0; v < n_vertices; ++v) {
+        if (start[v + 1] > kManyEdges) return false;
+        start[v + 1] += start[v];
+    }
+    const std::size_t n_up = static_cast<std::size_t>(start[n_vertices]);
+    if (2 * n_up != 3 * faces.size()) return false;
+    struct Up {
+        Index high;
+        Index halfedge;  // -1 once its twin was found
+    };
+    std::vector<Up> up(n_up);
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (int i = 0; i < 3; ++i) {
+            const Index a = faces[f][i];
+            const Index b = faces[f][next(i)];
+            if (a < b) up[start[a]++] = {b, static_cast<Index>(3 * f) + i};
+        }
+    // Now each starts where the next one did.
+    twin.resize(3 * faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (int i = 0; i < 3; ++i) {
+            const Index high = faces[f][i];
+            const Index low = faces[f][next(i)];
+            if (high < low) continue;
+            const Index end = start[low];
+            Index at = low == 0 ? 0 : start[low - 1];
+            while (at < end && up[at].high != high) ++at;
+            if (at == end || up[at].halfedge < 0) return false;
+            const auto h = static_cast<Index>(3 * f) + i;
+            twin[h] = std::exchange(up[at].halfedge, -1);
+            twin[twin[h]] = h;
+        }
+    return true;
 }
 
 }  // namespace
 
-std::int32_t find_twins(std::size_t n_vertices, const std::vector<Triangle>& faces,
+std::int32_t find_twins(std::size_t n_vertices, std::span<const Triangle> faces,
                         std::vector<std::int32_t>& twin)
 {
+    if (find_single_twins(n_vertices, faces, twin)) return -1;
     const auto n = static_cast<Index>(3 * faces.size());
     // Halfedges by their lower corner.
     std::vector<Index> start(n_vertices + 1, 0);
@@ -159,8 +221,11 @@ ClosedOperand close_operand(const IndexedMesh& mesh, std::int32_t number)
     drop_flat(operand);
     if (find_twins(mesh.vertices.size(), operand.faces, operand.twin) >= 0) {
         const std::vector<Index> first = first_at_place(mesh.vertices);
-        for (Triangle& t : operand.faces)
+        std::vector<Triangle> merged(operand.faces.begin(), operand.faces.end());
+        for (Triangle& t : merged)
             for (Index& v : t) v = first[v];
+        operand.own_faces = std::move(merged);
+        operand.faces = operand.own_faces;
         drop_flat(operand);
         const Index open = find_twins(mesh.vertices.size(), operand.faces, operand.twin);
         if (open >= 0) {
@@ -171,7 +236,7 @@ ClosedOperand close_operand(const IndexedMesh& mesh, std::int32_t number)
                        std::to_string(mesh.faces[face][next(open % 3)]));
         }
     }
-    find_components(mesh.vertices.size(), operand);
+    find_components(mesh, operand);
     return operand;
 }
 

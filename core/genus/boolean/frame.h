@@ -25,6 +25,10 @@ public:
             ++exponent_;
             place_origin(box.center());
         } while (farthest(box) > kGridLimit);
+        if (std::abs(exponent_) < 1000) {
+            step_ = std::ldexp(1.0, exponent_);
+            per_step_ = std::ldexp(1.0, -exponent_);
+        }
         for (int k = 0; k < 3; ++k) {
             int digits = 0;
             std::frexp(std::max(std::abs(box.min[k]), std::abs(box.max[k])), &digits);
@@ -48,8 +52,8 @@ public:
             const double d = p[k] - origin_[k];
             const double o = p[k] - d;
             const double rest = (p[k] - (d + o)) + (o - origin_[k]);
-            const double scaled = std::ldexp(d, -exponent_);
-            const double tail = std::ldexp(rest, -exponent_);
+            const double scaled = in_steps(d);
+            const double tail = in_steps(rest);
             double whole = std::nearbyint(scaled);
             double part = (scaled - whole) + tail;
             if (std::abs(part) > 0.5) {
@@ -65,7 +69,7 @@ public:
     Vec3 from_grid(const Vec3& grid) const
     {
         Vec3 p;
-        for (int k = 0; k < 3; ++k) p[k] = origin_[k] + std::ldexp(grid[k], exponent_);
+        for (int k = 0; k < 3; ++k) p[k] = origin_[k] + in_units(grid[k]);
         return p;
     }
     /// The grid point nearest to `p` that is a triple of doubles in model units.
@@ -104,6 +108,13 @@ public:
     }
 
 private:
+    // Products with a power of two that is a double are those of ldexp, sooner had.
+    double in_steps(double x) const
+    {
+        return per_step_ != 0.0 ? x * per_step_ : std::ldexp(x, -exponent_);
+    }
+    double in_units(double x) const { return step_ != 0.0 ? x * step_ : std::ldexp(x, exponent_); }
+
     void place_origin(const Vec3& center)
     {
         for (int k = 0; k < 3; ++k)
@@ -121,6 +132,7 @@ private:
     Vec3 origin_;
     Vec3 unit_;  // unit in the last place of the largest coordinates, in steps
     int exponent_;
+    double step_ = 0.0, per_step_ = 0.0;  // 2^exponent and 2^-exponent; 0 where they may be none
 };
 
 }  // namespace genus::exact

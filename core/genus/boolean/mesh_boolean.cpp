@@ -86,13 +86,12 @@ private:
     void find_clusters()
     {
         std::vector<Index> start{0};
-        for (const auto& operand : ready_) start.push_back(start.back() + operand->n_components);
-        std::vector<Box3> boxes(start.back());
-        for (std::size_t i = 0; i < ready_.size(); ++i)
-            for (std::size_t f = 0; f < ready_[i]->faces.size(); ++f)
-                for (const Index v : ready_[i]->faces[f])
-                    boxes[start[i] + ready_[i]->component[f]].add(mesh_of(i).vertices[v]);
-        DisjointSets sets(start.back());
+        std::vector<Box3> boxes;
+        for (const auto& operand : ready_) {
+            boxes.insert(boxes.end(), operand->boxes.begin(), operand->boxes.end());
+            start.push_back(static_cast<Index>(boxes.size()));
+        }
+        DisjointSets sets(boxes.size());
         std::vector<exact::FloatBox> rough;
         for (const Box3& b : boxes)
             rough.push_back(exact::box_of(nearby(b).min, nearby(b).max, nearby(b).min));
@@ -106,8 +105,8 @@ private:
         for (const auto& part : touching)
             for (const auto& [a, b] : part) sets.unite(a, b);
 
-        std::vector<Index> number(start.back(), -1);
-        for (Index c = 0; c < start.back(); ++c) {
+        std::vector<Index> number(boxes.size(), -1);
+        for (Index c = 0; c < static_cast<Index>(boxes.size()); ++c) {
             Index& known = number[sets.find(c)];
             if (known < 0) {
                 known = n_clusters_++;
@@ -116,18 +115,35 @@ private:
             number[c] = known;
             cluster_box_[known].add(boxes[c]);
         }
+        list_faces(start, number);
+        result_.report.n_components = start.back();
+        result_.report.n_clusters = n_clusters_;
+    }
+
+    // By cluster, from the number of the first component of each operand and the clusters of all.
+    void list_faces(const std::vector<Index>& start, const std::vector<Index>& cluster)
+    {
         cluster_faces_.resize(n_clusters_);
-        if (n_clusters_ == 1) {
-            std::size_t n_faces = 0;
-            for (const auto& operand : ready_) n_faces += operand->faces.size();
-            cluster_faces_[0].reserve(n_faces);
+        if (n_clusters_ < 2) return;  // all of them, see for_each_face
+        for (std::size_t i = 0; i < ready_.size(); ++i)
+            for (std::size_t f = 0; f < ready_[i]->faces.size(); ++f) {
+                const Index component = ready_[i]->component_of(static_cast<Index>(f));
+                cluster_faces_[cluster[start[i] + component]].push_back(
+                    {static_cast<Index>(i), static_cast<Index>(f)});
+            }
+    }
+
+    // Calls use(operand, face) for those of a cluster.
+    template <class Use>
+    void for_each_face(Index c, const Use& use) const
+    {
+        if (n_clusters_ > 1) {
+            for (const auto& [i, f] : cluster_faces_[c]) use(i, f);
+            return;
         }
         for (std::size_t i = 0; i < ready_.size(); ++i)
             for (std::size_t f = 0; f < ready_[i]->faces.size(); ++f)
-                cluster_faces_[number[start[i] + ready_[i]->component[f]]].push_back(
-                    {static_cast<Index>(i), static_cast<Index>(f)});
-        result_.report.n_components = start.back();
-        result_.report.n_clusters = n_clusters_;
+                use(static_cast<Index>(i), static_cast<Index>(f));
     }
 
     void solve_cluster(Index c)
@@ -137,18 +153,19 @@ private:
         for (int bits = 0; bits == 0 || frame.coarseness(bits) <= options_.most_snap;
              bits += kCoarserBits) {
             const double largest_snap = result_.report.largest_snap;
-            const Soup soup = make_soup(cluster_faces_[c], frame, bits);
+            const Soup soup = make_soup(c, frame, bits);
             const std::int64_t n_cells = result_.report.n_cells;
-            const auto solved =
+            auto solved =
                 exact::solve_in_groups(soup, frame, formula_, static_cast<Index>(operands_.size()),
                                        options_, result_.report, place);
             if (!solved) continue;
-            append(*solved, frame);
             note_clean(soup, *solved, frame);
+            const std::size_t n_faces = solved->faces.size();
             result_.clean =
                 options_.operands_may_cross_themselves && solved->saw_all && !solved->parts_touch;
+            append(std::move(*solved), frame);
             if (n_cells == result_.report.n_cells && bits == 0 && is_one_part(c)) {
-                restore(solved->faces.size());
+                restore(n_faces);
                 result_.clean = false;
                 result_.report.largest_snap = largest_snap;
             }
@@ -163,12 +180,14 @@ private:
 
     bool is_one_part(Index c) const
     {
-        const auto part = [&](const std::pair<Index, Index>& at) {
-            return std::pair(at.first, ready_[at.first]->component[at.second]);
-        };
-        const auto& faces = cluster_faces_[c];
-        return std::all_of(faces.begin(), faces.end(),
-                           [&](const auto& at) { return part(at) == part(faces[0]); });
+        std::pair<Index, Index> first{-1, -1};
+        bool is_one = true;
+        for_each_face(c, [&](Index i, Index f) {
+            const std::pair<Index, Index> part{i, ready_[i]->component_of(f)};
+            if (first.first < 0) first = part;
+            is_one = is_one && part == first;
+        });
+        return is_one;
     }
 
     // Gives the last `n` faces, which nothing touched, the very coordinates of their source.
@@ -189,19 +208,18 @@ private:
         }
     }
 
-    Soup make_soup(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame, int bits)
+    Soup make_soup(Index c, const Frame& frame, int bits)
     {
         Soup soup;
         soup.crosses_itself.assign(operands_.size(), options_.operands_may_cross_themselves);
-        forget_numbers(faces);
         // What happens to corners beyond rounding to the grid.
         std::vector<char> moved(operands_.size(), bits > 0);
         rounded_.assign(operands_.size(), 0);
-        const double largest = add_points(faces, frame, bits, soup, moved);
-        add_faces(faces, soup, moved);
-        add_twins(faces, soup);
+        add_faces(c, soup);
+        const double largest = add_points(c, frame, bits, soup, moved);
+        drop_flat(soup, moved);
         std::vector<std::size_t> n_faces(operands_.size(), 0);
-        for (const auto& at : faces) ++n_faces[at.first];
+        for (const Index i : soup.operand) ++n_faces[i];
         for (std::size_t i = 0; i < operands_.size(); ++i) {
             whole_[i] = !moved[i] && n_faces[i] == ready_[i]->faces.size() && n_faces[i] > 0;
             if (moved[i])
@@ -217,56 +235,84 @@ private:
         return soup;
     }
 
-    void forget_numbers(const std::vector<std::pair<Index, Index>>& faces)
+    // The faces of a cluster with numbers for their corners, by operand and first use.
+    void add_faces(Index c, Soup& soup)
     {
-        if (place_.empty()) {
-            place_.resize(operands_.size());
-            vertex_.resize(operands_.size());
+        if (vertex_.empty()) {
             for (std::size_t i = 0; i < operands_.size(); ++i) {
-                place_[i].assign(ready_[i]->faces.size(), -1);
-                vertex_[i].assign(mesh_of(i).vertices.size(), -1);
+                vertex_.emplace_back(mesh_of(i).vertices.size(), -1);
+                if (n_clusters_ > 1) place_.emplace_back(ready_[i]->faces.size(), -1);
             }
+        } else {
+            for_each_face(c, [&](Index i, Index f) {
+                for (const Index v : ready_[i]->faces[f]) vertex_[i][v] = -1;
+            });
         }
-        for (const auto& [i, f] : faces) {
-            place_[i][f] = -1;
-            for (const Index v : ready_[i]->faces[f]) vertex_[i][v] = -1;
+        std::size_t n = 0;
+        for (const auto& operand : ready_) n += operand->faces.size();
+        if (n_clusters_ > 1) n = cluster_faces_[c].size();
+        soup.faces.reserve(n);
+        soup.operand.reserve(n);
+        soup.given.reserve(n);
+        soup.twin.reserve(3 * n);
+        n_points_ = 0;
+        for_each_face(c, [&](Index i, Index f) {
+            Triangle t = ready_[i]->faces[f];
+            for (Index& v : t) {
+                Index& known = vertex_[i][v];
+                if (known < 0) known = n_points_++;
+                v = known;
+            }
+            if (n_clusters_ > 1) place_[i][f] = static_cast<Index>(soup.faces.size());
+            soup.faces.push_back(t);
+            soup.operand.push_back(i);
+            soup.given.push_back({i, ready_[i]->source.empty() ? f : ready_[i]->source[f]});
+        });
+        add_twins(c, soup);
+    }
+
+    void add_twins(Index c, Soup& soup) const
+    {
+        if (n_clusters_ > 1) {
+            for_each_face(c, [&](Index i, Index f) {
+                for (int k = 0; k < 3; ++k) {
+                    const Index h = ready_[i]->twin[3 * f + k];
+                    soup.twin.push_back(h < 0 ? -1 : 3 * place_[i][h / 3] + h % 3);
+                }
+            });
+            return;
+        }
+        for (const auto& operand : ready_) {
+            const auto first = static_cast<Index>(soup.twin.size());
+            for (const Index h : operand->twin) soup.twin.push_back(h < 0 ? -1 : first + h);
         }
     }
 
     // Returns the largest distance in steps that a coordinate is moved by.
-    double add_points(const std::vector<std::pair<Index, Index>>& faces, const Frame& frame,
-                      int bits, Soup& soup, std::vector<char>& moved)
+    double add_points(Index c, const Frame& frame, int bits, Soup& soup, std::vector<char>& moved)
     {
         double largest = 0.0;
-        std::vector<Index> owner;  // of each point, an operand
-        // A closed mesh of one piece has half as many corners as faces, and two.
-        soup.points.reserve(faces.size() / 2 + 2 * operands_.size());
-        owner.reserve(soup.points.capacity());
-        for (const auto& [i, f] : faces)
+        std::vector<Index> owner(n_points_);  // of each point, an operand
+        soup.points.resize(n_points_);
+        Index next = 0;
+        for_each_face(c, [&](Index i, Index f) {
             for (const Index v : ready_[i]->faces[f]) {
-                if (vertex_[i][v] >= 0) continue;
+                if (vertex_[i][v] != next) continue;
                 double off = 0.0;
-                vertex_[i][v] = static_cast<Index>(soup.points.size());
                 Vec3 p = frame.to_grid(mesh_of(i).vertices[v], off);
                 if (bits > 0) {
                     const Vec3 q = frame.coarsened(p, bits);
                     for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(q[k] - p[k]));
                     p = q;
                 }
-                soup.points.push_back(p);
-                owner.push_back(i);
+                soup.points[next] = p;
+                owner[next++] = i;
                 if (off > 0.0) rounded_[i] = 1;
                 largest = std::max(largest, off);
             }
-        corners_.clear();
-        corners_.reserve(faces.size());
-        for (const auto& [i, f] : faces) {
-            Triangle t = ready_[i]->faces[f];
-            for (Index& v : t) v = vertex_[i][v];
-            corners_.push_back(t);
-        }
-        const auto merged =
-            exact::merge_close_coordinates(soup.points, corners_, frame.close(options_.most_snap));
+        });
+        const auto merged = exact::merge_close_coordinates(soup.points, soup.faces,
+                                                           frame.close(options_.most_snap));
         for (std::size_t n = 0; n < merged.size(); ++n) {
             if (merged[n] > 0.0) moved[owner[n]] = 1;
             largest = std::max(largest, merged[n]);
@@ -274,38 +320,41 @@ private:
         return largest;
     }
 
-    void add_faces(const std::vector<std::pair<Index, Index>>& faces, Soup& soup,
-                   std::vector<char>& moved)
+    // Leaves out the faces that have no area on the grid.
+    static void drop_flat(Soup& soup, std::vector<char>& moved)
     {
-        soup.faces.reserve(faces.size());
-        soup.operand.reserve(faces.size());
-        soup.given.reserve(faces.size());
-        for (std::size_t n = 0; n < faces.size(); ++n) {
-            const auto [i, f] = faces[n];
-            const Triangle& t = corners_[n];
-            if (exact::is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]])) {
-                moved[i] = 1;
-                continue;
-            }
-            place_[i][f] = static_cast<Index>(soup.faces.size());
-            soup.faces.push_back(t);
-            soup.operand.push_back(i);
-            soup.given.push_back({i, ready_[i]->source.empty() ? f : ready_[i]->source[f]});
+        const std::size_t n = soup.faces.size();
+        const auto flat = [&](std::size_t f) {
+            const Triangle& t = soup.faces[f];
+            return exact::is_flat(soup.points[t[0]], soup.points[t[1]], soup.points[t[2]]);
+        };
+        std::size_t first = 0;
+        while (first < n && !flat(first)) ++first;
+        if (first == n) return;
+        std::vector<Index> place(n, -1);
+        std::size_t n_kept = 0;
+        for (std::size_t f = 0; f < n; ++f) {
+            if (f >= first && flat(f))
+                moved[soup.operand[f]] = 1;
+            else
+                place[f] = static_cast<Index>(n_kept++);
         }
-        corners_ = {};
-    }
-
-    void add_twins(const std::vector<std::pair<Index, Index>>& faces, Soup& soup) const
-    {
-        soup.twin.reserve(3 * soup.faces.size());
-        for (const auto& [i, f] : faces) {
-            if (place_[i][f] < 0) continue;
-            for (int k = 0; k < 3; ++k) {
-                const Index h = ready_[i]->twin[3 * f + k];
-                const Index at = h < 0 ? -1 : place_[i][h / 3];
-                soup.twin.push_back(at < 0 ? -1 : 3 * at + h % 3);
+        for (std::size_t f = 0; f < n; ++f) {
+            if (place[f] < 0) continue;
+            const auto to = static_cast<std::size_t>(place[f]);
+            soup.faces[to] = soup.faces[f];
+            soup.operand[to] = soup.operand[f];
+            soup.given[to] = soup.given[f];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Index h = soup.twin[3 * f + k];
+                const Index at = h < 0 ? -1 : place[h / 3];
+                soup.twin[3 * to + k] = at < 0 ? -1 : 3 * at + h % 3;
             }
         }
+        soup.faces.resize(n_kept);
+        soup.operand.resize(n_kept);
+        soup.given.resize(n_kept);
+        soup.twin.resize(3 * n_kept);
     }
 
     // Was an operand, all of it and moved by no more than rounding to the grid, seen not to touch
@@ -335,19 +384,25 @@ private:
         }
     }
 
-    void append(const exact::Solved& solved, const Frame& frame)
+    void append(exact::Solved solved, const Frame& frame)
     {
         IndexedMesh& mesh = result_.mesh;
         const auto base = static_cast<Index>(mesh.vertices.size());
         if (n_clusters_ == 1) {
-            mesh.vertices.reserve(solved.points.size());
-            mesh.faces.reserve(solved.faces.size());
             result_.operand.reserve(solved.faces.size());
             result_.source_face.reserve(solved.faces.size());
         }
-        for (const Vec3& p : solved.points) mesh.vertices.push_back(frame.from_grid(p));
-        for (const Triangle& t : solved.faces)
-            mesh.faces.push_back({t[0] + base, t[1] + base, t[2] + base});
+        for (Vec3& p : solved.points) p = frame.from_grid(p);
+        for (Triangle& t : solved.faces)
+            for (Index& v : t) v += base;
+        const auto move_to_end = [](auto& to, auto& from) {
+            if (to.empty())
+                to = std::move(from);
+            else
+                to.insert(to.end(), from.begin(), from.end());
+        };
+        move_to_end(mesh.vertices, solved.points);
+        move_to_end(mesh.faces, solved.faces);
         for (const auto& [operand, face] : solved.given) {
             result_.operand.push_back(operand);
             result_.source_face.push_back(face);
@@ -360,13 +415,13 @@ private:
     std::vector<std::shared_ptr<const ClosedOperand>> ready_;
     Index n_clusters_ = 0;
     std::vector<Box3> cluster_box_;
-    std::vector<std::vector<std::pair<Index, Index>>> cluster_faces_;
+    std::vector<std::vector<std::pair<Index, Index>>> cluster_faces_;  // of several clusters
     // By operand: moved by rounding to the grid; and all of it in this cluster, moved by no more.
     std::vector<char> rounded_;
     std::vector<char> whole_ = std::vector<char>(operands_.size(), 0);
-    std::vector<Triangle> corners_;           // of the faces of a cluster
-    std::vector<std::vector<Index>> place_;   // by operand and face: number in its soup
+    std::vector<std::vector<Index>> place_;   // by operand and face: number in its soup, of several
     std::vector<std::vector<Index>> vertex_;  // by operand and vertex: number in its soup
+    Index n_points_ = 0;                      // of the soup
     MeshBooleanResult result_;
 };
 

@@ -62,7 +62,7 @@ struct MeshBooleanResult {
 
 /// A mesh that does not change, with what booleans find out about it: its edges and components,
 /// and on which grids it does not cross itself. Copies share that, so that a chain of edits pays
-/// for the import of each mesh once. Takes up to 28 bytes a face. Safe to use from many threads.
+/// for the import of each mesh once. Takes up to 16 bytes a face. Safe to use from many threads.
 class BooleanOperand {
 public:
     /// `clean` as of a result.

@@ -10,7 +10,7 @@
 
 namespace genus {
 
-/// What booleans found out about a mesh. At most 28 bytes a face of it, and few grids.
+/// What booleans found out about a mesh. At most 16 bytes a face of it, and few grids.
 struct BooleanOperand::Known {
     std::shared_ptr<const IndexedMesh> mesh;
 

@@ -13,7 +13,7 @@ namespace genus {
 /// given number of faces in all, is forgotten. Safe to use from many threads.
 class OperandCache {
 public:
-    /// 28 bytes a face are kept at most.
+    /// 16 bytes a face are kept at most.
     explicit OperandCache(std::size_t most_faces = 8'000'000) : most_faces_(most_faces) {}
 
     /// To be used while the caller keeps the mesh. `clean` as of a result. O(operands kept).
