@@ -35,6 +35,11 @@ public:
             for (int k = 0; k < 3; ++k) n *= high[k] - low[k] + 1;
             return n;
         }
+        /// All within a cell and its neighbours, whichever of them that is.
+        bool is_small() const
+        {
+            return high[0] - low[0] <= 1 && high[1] - low[1] <= 1 && high[2] - low[2] <= 1;
+        }
     };
     /// The cells of the box of a triangle.
     Range range(const Triangle& t) const
@@ -49,6 +54,16 @@ public:
     }
     /// The same with a box grown by `reach` all round.
     Range range(const Triangle& t, double reach) const;
+
+    std::size_t cell_of(std::int32_t point) const
+    {
+        const std::uint32_t packed = cell_[point];
+        return cell_at({static_cast<int>(packed & 1023u), static_cast<int>(packed >> 10 & 1023u),
+                        static_cast<int>(packed >> 20)});
+    }
+    /// The cells of one kind and their neighbours, as flags.
+    std::vector<char> with_neighbours(const std::vector<std::int32_t>& cells,
+                                      std::int32_t kind) const;
 
     /// The cells of a line along an axis.
     struct Column {

@@ -28,10 +28,11 @@ std::vector<double> plane_values(std::span<const Vec3> points, std::span<const T
 std::vector<double> merge_close_coordinates(std::span<Vec3> points, std::span<const Triangle> faces,
                                             const Vec3& reach)
 {
-    std::vector<double> moved(points.size(), 0.0);
+    std::vector<double> moved;
     for (int axis = 0; axis < 3; ++axis) {
         const std::vector<double> planes = plane_values(points, faces, axis, reach[axis]);
         if (planes.empty()) continue;
+        moved.resize(points.size(), 0.0);
         for (std::size_t n = 0; n < points.size(); ++n) {
             double& value = points[n][axis];
             const auto next = std::upper_bound(planes.begin(), planes.end(), value);

@@ -12,7 +12,8 @@ namespace genus::exact {
 /// Makes coordinates equal that differ from an axis-parallel face by the rounding of earlier
 /// computations only: values within `reach`, by axis, of the plane of such a face become that of
 /// the lowest plane there. So 0.1 * 3 + 0.1 meets 0.1 * 4, and parts that were meant to touch do.
-/// Returns for each point how far it moved, as the largest of its three coordinates.
+/// Returns for each point how far it moved, as the largest of its three coordinates; nothing where
+/// none could.
 ///
 /// Equal values move alike, so corners at one place stay at one place and axis-parallel planes
 /// stay planes. O(n log planes); the result does not depend on the order of points.

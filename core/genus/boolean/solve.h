@@ -17,6 +17,11 @@ inline constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max(
 /// True if the corners are in one line. Exact.
 inline bool is_flat(const Vec3& a, const Vec3& b, const Vec3& c)
 {
+    // Far above all rounding, an area is there for sure.
+    const Vec3 ab = b - a;
+    const Vec3 ac = c - a;
+    const Vec3 n = cross(ab, ac);
+    if (dot(n, n) > 1e-20 * dot(ab, ab) * dot(ac, ac)) return false;
     return dominant_axis(a, b, c) < 0;
 }
 

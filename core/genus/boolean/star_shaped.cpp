@@ -16,8 +16,9 @@ constexpr std::size_t kGrain = 16384;
 Vec3 middle_of(const Soup& soup, std::int32_t begin, std::int32_t end)
 {
     Vec3 sum{};
-    for (std::int32_t f = begin; f < end; ++f) sum += soup.points[soup.faces[f][0]];
-    for (double& c : sum.c) c = std::nearbyint(c / (end - begin));
+    for (std::int32_t f = begin; f < end; ++f)
+        for (const std::int32_t v : soup.faces[f]) sum += soup.points[v];
+    for (double& c : sum.c) c = std::nearbyint(c / (3.0 * (end - begin)));
     return sum;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Index = std::int32_t;
 
 constexpr std::size_t kFewFaces = 4096;  // not worth a zone
-constexpr std::size_t kLeastSaved = 4;   // a zone holds at most one face in so many
+constexpr std::size_t kLeastSaved = 2;   // a zone holds at most one face in so many
 constexpr std::size_t kGrain = 65536;
 // Cells gone through, for each face: large faces have many.
 constexpr std::size_t kMostCells = 16;
@@ -21,21 +21,28 @@ constexpr std::size_t kMostCells = 16;
 class Finder {
 public:
     Finder(const Soup& whole, const std::vector<Index>& owners, double reach)
-        : whole_(whole), owners_(owners), reach_(reach), grid_(whole.points, whole.faces.size())
+        : whole_(whole),
+          owners_(owners),
+          reach_(reach),
+          grid_(whole.points, n_cells_for(whole.faces.size())),
+          has_open_edges_(std::find(whole.twin.begin(), whole.twin.end(), -1) != whole.twin.end())
     {
     }
 
     std::optional<Zone> run(bool by_operands)
     {
-        if (by_operands && (!mark(whole_.operand) || !saves_much(count_mixed())))
-            return std::nullopt;
+        if (by_operands) {
+            if (!mark(whole_.operand)) return std::nullopt;
+            find_close();
+            if (!saves_much()) return std::nullopt;
+        }
         if (!mark(owners_)) return std::nullopt;
         find_close();
-        if (!by_operands && !saves_much(count_near())) return std::nullopt;
+        if (!by_operands && !saves_much()) return std::nullopt;
         follow_planes();
         mark_surroundings();
         find_surroundings();
-        if (!by_operands && !saves_much(count_near())) return std::nullopt;
+        if (!by_operands && !saves_much()) return std::nullopt;
         find_tracts();
         return make_zone();
     }
@@ -47,17 +54,26 @@ private:
     enum : Index { kEmpty = -1, kMixed = -2, kSurrounding = -3 };
     static constexpr Index kInZone = -1, kUnknown = -2;
 
+    // Small cells let fewer faces pass for close; many of them do not fit into a cache.
+    static std::size_t n_cells_for(std::size_t n_faces)
+    {
+        return std::max(2 * n_faces, std::min<std::size_t>(8 * n_faces, 1u << 19));
+    }
+
     std::size_t n_faces() const { return whole_.faces.size(); }
 
     // Cells by the number that all their faces have. False if faces have too many cells.
     bool mark(const std::vector<Index>& label)
     {
         cells_.assign(grid_.n_cells(), kEmpty);
+        wide_.clear();
         std::size_t n_seen = 0;
         for (std::size_t f = 0; f < n_faces() && n_seen <= kMostCells * n_faces(); ++f) {
             const Index number = label[f];
             const Triangle& t = whole_.faces[f];
-            grid_.visit_until(t, grid_.range(t), 0.0, [&](std::size_t cell) {
+            const CellGrid::Range range = grid_.range(t);
+            if (!range.is_small()) wide_.push_back(static_cast<Index>(f));
+            grid_.visit_until(t, range, 0.0, [&](std::size_t cell) {
                 ++n_seen;
                 Index& known = cells_[cell];
                 if (known == kEmpty && number >= 0)
@@ -84,27 +100,31 @@ private:
                                  [&](std::size_t cell) { return cells_[cell] == kind; });
     }
 
-    void find_close()
+    // Calls use(f) for the faces that touch cells of a kind.
+    template <class Use>
+    void for_those_at(Index kind, const Use& use) const
     {
-        near_.resize(n_faces());
+        const std::vector<char> maybe = grid_.with_neighbours(cells_, kind);
         parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t f = begin; f < end; ++f)
-                near_[f] = has_open_edge(f) || has_cell(f, kMixed) ? kClose : kFar;
+                if (maybe[grid_.cell_of(whole_.faces[f][0])] && has_cell(f, kind)) use(f);
         });
+        for (const Index f : wide_)
+            if (has_cell(f, kind)) use(f);
     }
 
-    bool saves_much(std::size_t n_in_zone) const { return n_in_zone * kLeastSaved <= n_faces(); }
-
-    std::size_t count_near() const
+    void find_close()
     {
-        return n_faces() - static_cast<std::size_t>(std::count(near_.begin(), near_.end(), kFar));
+        near_.assign(n_faces(), kFar);
+        for_those_at(kMixed, [&](std::size_t f) { near_[f] = kClose; });
+        for (std::size_t f = 0; has_open_edges_ && f < n_faces(); ++f)
+            if (has_open_edge(f)) near_[f] = kClose;
     }
 
-    std::size_t count_mixed() const
+    bool saves_much() const
     {
-        std::size_t n = 0;
-        for (std::size_t f = 0; f < n_faces(); ++f) n += has_cell(f, kMixed);
-        return n;
+        const auto n_far = static_cast<std::size_t>(std::count(near_.begin(), near_.end(), kFar));
+        return (n_faces() - n_far) * kLeastSaved <= n_faces();
     }
 
     // What continues the plane of a close face may become one face with it.
@@ -139,9 +159,8 @@ private:
 
     void find_surroundings()
     {
-        parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t f = begin; f < end; ++f)
-                if (near_[f] == kFar && has_cell(f, kSurrounding)) near_[f] = kAround;
+        for_those_at(kSurrounding, [&](std::size_t f) {
+            if (near_[f] == kFar) near_[f] = kAround;
         });
         cells_ = {};
     }
@@ -244,7 +263,9 @@ private:
     const std::vector<Index>& owners_;
     double reach_;
     CellGrid grid_;
+    bool has_open_edges_;
     std::vector<Index> cells_;
+    std::vector<Index> wide_;   // faces of more than a cell and its neighbours
     std::vector<char> near_;    // by face
     std::vector<Index> tract_;  // by face
     Index n_tracts_ = 0;

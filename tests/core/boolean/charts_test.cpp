@@ -2,9 +2,9 @@
 
 #include <set>
 
-#include "genus/boolean/closed_operand.h"
 #include "genus/boolean/contact.h"
 #include "shapes.h"
+#include "soups.h"
 
 // Charts are a promise: two faces of one chart meet in common corners and edges only.
 
@@ -12,19 +12,6 @@ namespace genus {
 namespace {
 
 using namespace shapes;
-
-exact::Soup soup_of(const IndexedMesh& mesh)
-{
-    exact::Soup soup;
-    for (const Vec3& p : mesh.vertices)
-        soup.points.push_back({{std::nearbyint(p[0] * 1048576.0), std::nearbyint(p[1] * 1048576.0),
-                                std::nearbyint(p[2] * 1048576.0)}});
-    soup.faces = mesh.faces;
-    soup.operand.assign(mesh.faces.size(), 0);
-    soup.crosses_itself = {1};
-    exact::find_twins(soup.points.size(), soup.faces, soup.twin);
-    return soup;
-}
 
 bool meet(const exact::Soup& soup, std::int32_t f, std::int32_t g)
 {
@@ -74,7 +61,7 @@ IndexedMesh tube(int around, int across, double radius, const Curve& curve)
 
 TEST(Charts, ASphereIsSixOrFewer)
 {
-    const exact::Soup soup = soup_of(sphere(20, 40, 1.0));
+    const exact::Soup soup = soup_of({sphere(20, 40, 1.0)});
     const std::vector<std::int32_t> owner = exact::find_owners(soup);
     const std::set<std::int32_t> charts(owner.begin(), owner.end());
     EXPECT_EQ(charts.count(-1), 0u);
@@ -90,13 +77,13 @@ TEST(Charts, NeverHideWhatMeets)
         return Vec3{{(2.0 + 0.2 * std::cos(t)) * std::cos(2 * t),
                      (2.0 + 0.2 * std::cos(t)) * std::sin(2 * t), 0.15 * std::sin(t)}};
     };
-    EXPECT_GT(count_meetings(soup_of(tube(60, 12, 0.5, coil))), 100);
+    EXPECT_GT(count_meetings(soup_of({tube(60, 12, 0.5, coil)})), 100);
     const auto eight = [](double t) {
         return Vec3{{2.0 * std::sin(t), 2.0 * std::sin(t) * std::cos(t), 0.2 * std::cos(t)}};
     };
-    EXPECT_GT(count_meetings(soup_of(tube(50, 10, 0.3, eight))), 20);
+    EXPECT_GT(count_meetings(soup_of({tube(50, 10, 0.3, eight)})), 20);
     // A spindle: the axis lies inside the tube.
-    EXPECT_GT(count_meetings(soup_of(torus(24, 16, 0.5, 1.0))), 20);
+    EXPECT_GT(count_meetings(soup_of({torus(24, 16, 0.5, 1.0)})), 20);
 }
 
 TEST(Charts, NeverHideWhatMeetsInNoise)
@@ -109,7 +96,7 @@ TEST(Charts, NeverHideWhatMeetsInNoise)
         for (Vec3& p : mesh.vertices)
             for (int k = 0; k < 3; ++k)
                 p[k] += noise * (static_cast<double>(random()) / 4294967296.0 - 0.5);
-        const int meetings = count_meetings(soup_of(mesh));
+        const int meetings = count_meetings(soup_of({mesh}));
         EXPECT_TRUE(seed < 5 || meetings > 0);
     }
 }
