@@ -247,6 +247,12 @@ void CellArrangement::cut(const CellPiece& piece, std::size_t i, std::size_t j,
     }
 }
 
+CellLoop border_of(const CellPiece& piece)
+{
+    return {{piece.vertices.begin(), piece.vertices.end()},
+            std::vector<char>(piece.vertices.size(), 0)};
+}
+
 std::vector<CellLoop> join(const std::vector<CellPiece>& pieces)
 {
     struct Side {

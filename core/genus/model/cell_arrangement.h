@@ -106,6 +106,9 @@ struct CellLoop {
     std::vector<char> is_straight;
 };
 
+/// The border of one piece.
+CellLoop border_of(const CellPiece& piece);
+
 /// Joins pieces of one plane and one orientation into loops: sides between two pieces vanish.
 std::vector<CellLoop> join(const std::vector<CellPiece>& pieces);
 

@@ -87,15 +87,18 @@ struct Part {
 
 // Cuts a loop in the plane with this normal into triangles, the best-shaped ear first. It may pass
 // through a point twice, where pieces touch that hang together elsewhere.
-std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& normal)
+void cut_ears(const std::vector<Vec3>& points, const Vec3& normal, std::vector<Triangle>& triangles)
 {
-    if (points.size() == 3) return {{0, 1, 2}};
+    triangles.clear();
+    if (points.size() == 3) {
+        triangles.push_back({0, 1, 2});
+        return;
+    }
     std::vector<std::int32_t> ring(points.size());
     for (std::size_t i = 0; i < ring.size(); ++i) ring[i] = static_cast<std::int32_t>(i);
     const auto area = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
         return dot(cross(points[b] - points[a], points[c] - points[a]), normal);
     };
-    std::vector<Triangle> triangles;
     while (ring.size() > 3) {
         std::size_t best = 0;
         double best_shape = -std::numeric_limits<double>::infinity();
@@ -136,7 +139,6 @@ std::vector<Triangle> cut_ears(const std::vector<Vec3>& points, const Vec3& norm
         ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(best));
     }
     triangles.push_back({ring[0], ring[1], ring[2]});
-    return triangles;
 }
 
 double diameter(const std::array<Vec3, 4>& p)
@@ -384,19 +386,22 @@ private:
                     }
             std::vector<CellPiece> pieces = cell.cut_plane(i, cutters);
             if (cutters.empty()) {
-                const std::vector<CellVertex> all(pieces[0].vertices.begin(),
-                                                  pieces[0].vertices.end());
                 if (const int b = border(pieces[0].signs); b != 0)
-                    loops.push_back({{all, std::vector<char>(all.size(), 0)}, i, b < 0});
+                    loops.push_back({border_of(pieces[0]), i, b < 0, true});
                 continue;
             }
             std::array<std::vector<CellPiece>, 2> kept;  // outward along, against the gradient
             for (CellPiece& piece : pieces)
                 if (const int b = border(piece.signs); b != 0)
                     kept[b > 0 ? 0 : 1].push_back(std::move(piece));
-            for (const int turned : {0, 1})
+            for (const int turned : {0, 1}) {
+                if (kept[turned].size() == 1) {
+                    loops.push_back({border_of(kept[turned][0]), i, turned != 0, true});
+                    continue;
+                }
                 for (CellLoop& loop : join(kept[turned]))
-                    loops.push_back({std::move(loop), i, turned != 0});
+                    loops.push_back({std::move(loop), i, turned != 0, false});
+            }
         }
         drop_straight(loops);
         for (const OwnLoop& loop : loops)
@@ -410,12 +415,15 @@ private:
         CellLoop loop;
         std::size_t own;
         bool turned;
+        bool is_piece;  // convex, so that it has neither straight corners nor spikes
     };
 
     // Where the solid touches itself along an edge, what is straight for one loop may be the corner
     // of another: then it stays for both.
     static void drop_straight(std::vector<OwnLoop>& loops)
     {
+        if (std::all_of(loops.begin(), loops.end(), [](const OwnLoop& l) { return l.is_piece; }))
+            return;
         std::vector<CellVertex> corners;
         for (const OwnLoop& l : loops)
             for (std::size_t k = 0; k < l.loop.vertices.size(); ++k)
@@ -453,13 +461,11 @@ private:
                   const std::array<std::uint64_t, 4>& codes, const std::array<Vec3, 4>& corners,
                   Part& part)
     {
-        std::vector<Vec3> points;
-        std::vector<std::int32_t> numbers;
-        points.reserve(loop.size());
-        numbers.reserve(loop.size());
+        points_.clear();
+        numbers_.clear();
         const double size = diameter(corners);
         for (const CellVertex& v : loop) {
-            points.push_back(cell.position(v));
+            points_.push_back(cell.position(v));
             VertexKey key{{kNoCorner, kNoCorner, kNoCorner, kNoCorner}, {-1, -1, -1}};
             for (std::size_t m = 0, k = 0; m < 4; ++m)
                 if ((v.corners >> m & 1) != 0) key.corners[k++] = codes[m];
@@ -467,15 +473,16 @@ private:
                 key.surfaces[k] = surfaces[v.surfaces[k]];
             const auto [number, is_new] = part.keys.number(key);
             if (is_new) {
-                part.points.push_back(points.back());
+                part.points.push_back(points_.back());
                 part.cell_size.push_back(size);
             } else {
                 part.cell_size[number] = std::min(part.cell_size[number], size);
             }
-            numbers.push_back(number);
+            numbers_.push_back(number);
         }
-        for (Triangle t : cut_ears(points, gradient_of(cell.row(own), corners))) {
-            for (std::int32_t& v : t) v = numbers[v];
+        cut_ears(points_, gradient_of(cell.row(own), corners), triangles_);
+        for (Triangle t : triangles_) {
+            for (std::int32_t& v : t) v = numbers_[v];
             if (turned) std::swap(t[1], t[2]);
             part.faces.push_back(t);
             part.surface_of_face.push_back(2 * surfaces[own] + (turned ? 1 : 0));
@@ -494,6 +501,10 @@ private:
 
     const CellMesher& m_;
     std::vector<Sign> signs_;
+    // Of the loop at hand.
+    std::vector<Vec3> points_;
+    std::vector<std::int32_t> numbers_;
+    std::vector<Triangle> triangles_;
 };
 
 namespace {
@@ -588,13 +599,14 @@ void CellMesher::refine(const CellDemands& demands, std::int64_t max_cells)
 
 SurfaceMesh CellMesher::extract() const
 {
+    constexpr std::size_t kGrain = 16;
     const std::vector<LatticeTet> tasks = task_roots();
-    std::vector<Part> parts(tasks.size());
-    parallel_for(tasks.size(), 4, [&](std::size_t begin, std::size_t end) {
+    std::vector<Part> parts((tasks.size() + kGrain - 1) / kGrain);
+    parallel_for(tasks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
         CellWalk walk(*this);
         for (std::size_t i = begin; i < end; ++i) {
             current_progress().check();
-            walk.extract(tasks[i], formula_, parts[i]);
+            walk.extract(tasks[i], formula_, parts[begin / kGrain]);
         }
     });
     SurfaceMesh result;

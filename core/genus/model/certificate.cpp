@@ -587,11 +587,11 @@ private:
 
     Outcome look(Item& item, std::vector<Sign>& signs) const
     {
-        find_signs(item.formula, forms_, wide(item.box), signs);
-        item.formula = item.formula.simplified(signs);
         find_signs(item.formula, forms_, item.box, signs);
         const SignFormula here = item.formula.simplified(signs);
         if (here.constant() != 0) return {};
+        find_signs(item.formula, forms_, wide(item.box), signs);
+        item.formula = item.formula.simplified(signs);
         const double radius = 0.5 * item.box.diagonal();
         const Vec3 c = item.box.center();
         const Ways ways = find_ways(item, here, signs);

@@ -71,15 +71,15 @@ public:
     // Boxes round the two prisms of each face for which a determinant is not shown to be positive.
     std::vector<Box3> doubtful() const
     {
-        std::vector<char> bad(n_faces(), 0);
-        parallel_for(n_faces(), 1024, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t f = begin; f < end; ++f) {
-                bad[f] = keeps_orientation(corners(f)) ? 0 : 1;
-            }
+        constexpr std::size_t kGrain = 1024;
+        std::vector<std::vector<Box3>> found(n_faces() / kGrain + 1);
+        parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t f = begin; f < end; ++f)
+                if (const auto c = corners(f); !keeps_orientation(c))
+                    found[begin / kGrain].push_back(box(c));
         });
         std::vector<Box3> boxes;
-        for (std::size_t f = 0; f < n_faces(); ++f)
-            if (bad[f] != 0) boxes.push_back(box(f));
+        for (const auto& some : found) boxes.insert(boxes.end(), some.begin(), some.end());
         return boxes;
     }
 
@@ -114,10 +114,10 @@ private:
         return c;
     }
 
-    Box3 box(std::size_t f) const
+    Box3 box(const std::array<Corners, 3>& c) const
     {
         Box3 box;
-        for (const Corners& three : corners(f))
+        for (const Corners& three : c)
             for (const Vec3& p : three) box.add(p);
         return box.inflated(blur_);
     }
@@ -132,21 +132,39 @@ bool sound_within(const std::vector<Box3>& boxes, const FineMesh& fine, const To
 {
     const IndexedMesh& mesh = fine.surface.mesh;
     const BoxTree tree(boxes);
+    const auto meets = [&](const Box3& box) {
+        bool any = false;
+        tree.visit_overlapping(box, [&](std::int32_t) { any = true; });
+        return any;
+    };
+    // Most faces of the coarse mesh are clear of the boxes with all that was cut from them.
+    const std::size_t n = fine.first_face.size() - 1;
+    std::vector<char> is_near(n, 0);
+    parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t part = begin; part < end; ++part) {
+            Box3 box;
+            for (std::int64_t f = fine.first_face[part]; f < fine.first_face[part + 1]; ++f)
+                for (const std::int32_t v : mesh.faces[f]) box.add(mesh.vertices[v]);
+            is_near[part] = meets(box) ? 1 : 0;
+        }
+    });
     IndexedMesh near;
     near.vertices = mesh.vertices;
     std::vector<char> seen(coarse.components.size(), 0);
-    for (std::size_t f = 0; f < mesh.n_faces(); ++f) {
-        Box3 box;
-        for (const std::int32_t v : mesh.faces[f]) box.add(mesh.vertices[v]);
-        bool any = false;
-        tree.visit_overlapping(box, [&](std::int32_t) { any = true; });
-        if (any)
-            near.faces.push_back(mesh.faces[f]);
-        else
-            for (const std::int32_t v : mesh.faces[f])
-                if (static_cast<std::size_t>(v) < coarse.component_of_vertex.size())
-                    seen[coarse.component_of_vertex[v]] = 1;
-    }
+    for (std::size_t part = 0; part < n; ++part)
+        for (std::int64_t f = fine.first_face[part]; f < fine.first_face[part + 1]; ++f) {
+            const auto box_of_face = [&] {
+                Box3 box;
+                for (const std::int32_t v : mesh.faces[f]) box.add(mesh.vertices[v]);
+                return box;
+            };
+            if (is_near[part] != 0 && meets(box_of_face()))
+                near.faces.push_back(mesh.faces[f]);
+            else
+                for (const std::int32_t v : mesh.faces[f])
+                    if (static_cast<std::size_t>(v) < coarse.component_of_vertex.size())
+                        seen[coarse.component_of_vertex[v]] = 1;
+        }
     return std::find(seen.begin(), seen.end(), 0) == seen.end() &&
            std::none_of(near.faces.begin(), near.faces.end(),
                         [&](const Triangle& t) {

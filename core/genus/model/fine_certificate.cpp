@@ -4,7 +4,9 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
 
 #include "genus/base/parallel.h"
 #include "genus/base/predicates.h"
@@ -26,6 +28,7 @@ public:
             double tolerance)
         : fine_(fine), m_(fine.surface), formula_(formula), forms_(forms), tolerance_(tolerance)
     {
+        find_blocks();
         first_offsets();
     }
 
@@ -68,6 +71,15 @@ public:
         }
     }
 
+    // Calls visit(face) for all that may meet the box once moved, to either side, and some more.
+    template <class Visit>
+    void visit_near(const Box3& box, Visit&& visit) const
+    {
+        for (const Block& block : blocks_)
+            if (overlap(block.box, box))
+                for (std::int64_t f = block.begin; f < block.end; ++f) visit(m_.mesh.faces[f]);
+    }
+
     // A vertex of N+ (side 0) or N-.
     Vec3 corner(std::int32_t v, int side) const
     {
@@ -82,6 +94,40 @@ private:
         const SurfaceForm& form = forms_[m_.surfaces_of_vertex[v][0]];
         const auto i = static_cast<std::int32_t>(v);
         return {form.value(corner(i, 0)), form.value(corner(i, 1))};
+    }
+
+    // Some faces from one face of the coarse mesh, with what holds them moved as far as they may
+    // be.
+    struct Block {
+        std::int64_t begin = 0, end = 0;
+        Box3 box;
+    };
+
+    void find_blocks()
+    {
+        constexpr std::int64_t kFaces = 32;
+        const std::size_t n = fine_.first_face.size() - 1;
+        first_block_.assign(n + 1, 0);
+        for (std::size_t part = 0; part < n; ++part) {
+            const std::int64_t size = fine_.first_face[part + 1] - fine_.first_face[part];
+            first_block_[part + 1] =
+                first_block_[part] + static_cast<std::size_t>((size + kFaces - 1) / kFaces);
+        }
+        blocks_.resize(first_block_[n]);
+        parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t part = begin; part < end; ++part) {
+                std::int64_t f = fine_.first_face[part];
+                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i) {
+                    Block& block = blocks_[i];
+                    block.begin = f;
+                    block.end = std::min(f + kFaces, fine_.first_face[part + 1]);
+                    for (; f < block.end; ++f)
+                        for (const std::int32_t v : m_.mesh.faces[f])
+                            block.box.add(m_.mesh.vertices[v]);
+                    block.box = block.box.inflated(1.01 * tolerance_);
+                }
+            }
+        });
     }
 
     double rounding_at(std::size_t v) const
@@ -140,57 +186,98 @@ private:
     // Looks at faces with a moved corner. True if some have a side without signs.
     bool check_faces(const std::vector<char>& moved, std::vector<char>& open) const
     {
-        const std::size_t n = fine_.first_face.size() - 1;
         std::atomic<bool> any{false};
-        parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+        parallel_for(first_block_.size() - 1, 16, [&](std::size_t begin, std::size_t end) {
             std::vector<Sign> signs(forms_.size(), Sign{0});
+            bool any_here = false;
             for (std::size_t part = begin; part < end; ++part) {
-                const SignFormula near = formula_near(part, signs);
-                if (near.constant() != 0) {
-                    for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1];
-                         ++f)
-                        open[f] = near.constant() < 0 ? 1 : 2;
-                    any = true;
-                    continue;
-                }
-                for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f) {
-                    const Triangle& t = m_.mesh.faces[f];
-                    if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
-                    open[f] = 0;
-                    for (const int side : {0, 1})
-                        if (sign_of(t, side, near, signs) != (side == 0 ? 1 : -1))
-                            open[f] = static_cast<char>(open[f] | 1 << side);
-                    if (open[f] != 0) any = true;
-                }
+                Box3 box;
+                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i)
+                    box.add(blocks_[i].box);
+                const SignFormula near = formula_in(box, formula_, signs);
+                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i)
+                    any_here = check_block(blocks_[i], near, signs, moved, open) || any_here;
             }
+            if (any_here) any = true;
         });
         return any;
     }
 
-    // The formula for the faces of one face of the coarse mesh, moved as far as they may be.
-    SignFormula formula_near(std::size_t part, std::vector<Sign>& signs) const
+    bool check_block(const Block& block, const SignFormula& formula, std::vector<Sign>& signs,
+                     const std::vector<char>& moved, std::vector<char>& open) const
     {
-        Box3 box;
-        for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f)
-            for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
-        box = box.inflated(1.01 * tolerance_);
-        for (const std::int32_t s : formula_.surfaces()) {
+        const bool is_one = formula.constant() == 0 && formula.surfaces().size() == 1;
+        const SignFormula near = is_one ? formula : formula_in(block.box, formula, signs);
+        if (near.constant() != 0) {
+            std::fill(open.begin() + block.begin, open.begin() + block.end,
+                      near.constant() < 0 ? 1 : 2);
+            return true;
+        }
+        const std::optional<double> alone = sign_of_one(near);
+        bool any = false;
+        for (std::int64_t f = block.begin; f < block.end; ++f) {
+            const Triangle& t = m_.mesh.faces[f];
+            if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
+            open[f] = 0;
+            for (const int side : {0, 1})
+                if (!(alone ? has_sign(t, side, near.surfaces()[0], *alone)
+                            : sign_of(t, side, near, signs) == (side == 0 ? 1 : -1)))
+                    open[f] = static_cast<char>(open[f] | 1 << side);
+            any = any || open[f] != 0;
+        }
+        return any;
+    }
+
+    SignFormula formula_in(const Box3& box, const SignFormula& formula,
+                           std::vector<Sign>& signs) const
+    {
+        if (formula.constant() != 0) return formula;
+        for (const std::int32_t s : formula.surfaces()) {
             const Interval range = forms_[s].range(box);
             signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
         }
-        return formula_.simplified(signs);
+        return formula.simplified(signs);
+    }
+
+    // Nearly everywhere one surface decides, mostly a quadratic one: the sign it has outside.
+    std::optional<double> sign_of_one(const SignFormula& near) const
+    {
+        const SignFormula::Use use = near.uses()[0];
+        if (near.surfaces().size() > 1 || use.plain == use.negated ||
+            !forms_[near.surfaces()[0]].is_quadratic())
+            return std::nullopt;
+        return use.plain ? 1.0 : -1.0;
+    }
+
+    // Whether a quadratic surface has its sign all over a moved face.
+    bool has_sign(const Triangle& t, int side, std::int32_t s, double outside) const
+    {
+        const SurfaceForm& form = forms_[s];
+        const double sign = side == 0 ? outside : -outside;
+        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
+        std::array<double, 3> values;
+        for (std::size_t i = 0; i < 3; ++i) values[i] = value_at(t[i], side, s, p[i]);
+        const double least = std::min({sign * values[0], sign * values[1], sign * values[2]});
+        std::array<double, 3> bends = form.bends(p);
+        for (double& k : bends) k *= sign;
+        // First a bound that is had for less.
+        const double margin = 2.0 * form.slack();
+        if (least - std::max({0.0, bends[0], bends[1], bends[2]}) / 3.0 > margin ||
+            least - most_between(bends) > margin)
+            return true;
+        const Interval range = form.range(p, values);
+        return sign > 0.0 ? range.lo > 0.0 : range.hi < 0.0;
+    }
+
+    double value_at(std::int32_t v, int side, std::int32_t s, const Vec3& p) const
+    {
+        return m_.surfaces_of_vertex[v][0] == s ? value_[v][side] : forms_[s].value(p);
     }
 
     Sign sign_of(const Triangle& t, int side, const SignFormula& near,
                  std::vector<Sign>& signs) const
     {
         for (const std::int32_t s : near.surfaces()) signs[s] = sign_of(t, side, s);
-        // Nearly everywhere one surface decides.
-        if (const SignFormula::Use use = near.uses()[0];
-            near.surfaces().size() == 1 && use.plain != use.negated) {
-            const Sign sign = signs[near.surfaces()[0]];
-            return use.plain ? sign : static_cast<Sign>(-sign);
-        }
         return near.sign_by_cases(signs);
     }
 
@@ -199,8 +286,7 @@ private:
         const SurfaceForm& form = forms_[s];
         const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
         std::array<double, 3> values;
-        for (std::size_t i = 0; i < 3; ++i)
-            values[i] = m_.surfaces_of_vertex[t[i]][0] == s ? value_[t[i]][side] : form.value(p[i]);
+        for (std::size_t i = 0; i < 3; ++i) values[i] = value_at(t[i], side, s, p[i]);
         if (form.is_quadratic()) {
             const Interval between = SurfaceForm::deviation_of(form.bends(p));
             if (std::min({values[0], values[1], values[2]}) + between.lo > 2.0 * form.slack())
@@ -217,6 +303,8 @@ private:
     const SignFormula& formula_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
+    std::vector<Block> blocks_;
+    std::vector<std::size_t> first_block_;       // of each face of the coarse mesh
     std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
     std::vector<std::array<double, 2>> value_;
     double rounding_ = 0.0;  // the largest share of it
@@ -239,21 +327,21 @@ std::vector<std::int32_t> one_of_each(const IndexedMesh& mesh)
 }
 
 // How often N+ (side 0) or N- winds round p: faces left less faces entered on the way along x.
-int winding_number(const Offsets& offsets, int side, const std::vector<Triangle>& faces,
-                   const Vec3& p)
+int winding_number(const Offsets& offsets, int side, const Vec3& p)
 {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
     IndexedMesh ahead;  // the faces the way may meet, each with vertices of its own
-    for (const Triangle& t : faces) {
+    offsets.visit_near({p, {{kFar, p[1], p[2]}}}, [&](const Triangle& t) {
         const Vec3 a = offsets.corner(t[0], side), b = offsets.corner(t[1], side),
                    c = offsets.corner(t[2], side);
         const auto beside = [&](std::size_t i) {
             return std::max({a[i], b[i], c[i]}) < p[i] || std::min({a[i], b[i], c[i]}) > p[i];
         };
-        if (beside(1) || beside(2) || std::max({a[0], b[0], c[0]}) < p[0]) continue;
+        if (beside(1) || beside(2) || std::max({a[0], b[0], c[0]}) < p[0]) return;
         const auto n = static_cast<std::int32_t>(ahead.vertices.size());
         ahead.vertices.insert(ahead.vertices.end(), {a, b, c});
         ahead.faces.push_back({n, n + 1, n + 2});
-    }
+    });
     int number = 0;
     const MeshTree tree(ahead);
     for (const RayHit& hit : tree.ray_hits(p, {{1.0, 0.0, 0.0}})) {
@@ -277,10 +365,9 @@ Certificate certify_within(const Sandwich& sandwich, const SurfaceMesh& coarse,
     Offsets offsets(fine, formula, forms, tolerance - short_fibre);
     c.failed_faces = offsets.grow();
     if (c.failed_faces.empty()) {
-        const std::vector<Triangle>& faces = fine.surface.mesh.faces;
         for (const std::int32_t v : one_of_each(coarse.mesh)) {
-            if (winding_number(offsets, 0, faces, sandwich.inner.vertices[v]) == 1 &&
-                winding_number(offsets, 1, faces, sandwich.outer.vertices[v]) == 0)
+            if (winding_number(offsets, 0, sandwich.inner.vertices[v]) == 1 &&
+                winding_number(offsets, 1, sandwich.outer.vertices[v]) == 0)
                 continue;
             c.failed_faces.resize(coarse.mesh.n_faces());
             std::iota(c.failed_faces.begin(), c.failed_faces.end(), 0);

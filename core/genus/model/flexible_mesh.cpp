@@ -209,9 +209,7 @@ void FlexibleMesh::collapse(std::int32_t s)
 {
     const std::int32_t t = twin_[s];
     const std::int32_t a = from_[s], b = from_[t], c = apex(s), d = apex(t);
-    std::vector<std::int32_t> ring;
-    visit_ring(a, [&](std::int32_t x) { ring.push_back(x); });
-    for (const std::int32_t x : ring) from_[x] = b;
+    visit_ring(a, [&](std::int32_t x) { from_[x] = b; });
     const std::int32_t bc = twin_[next(s)], ca = twin_[previous(s)];
     const std::int32_t ad = twin_[next(t)], db = twin_[previous(t)];
     join(bc, ca);

@@ -6,6 +6,8 @@ namespace genus {
 
 namespace {
 
+constexpr std::size_t kFewSurfaces = 8;
+
 // What a node has become: a constant, or a term of the new formula.
 struct Value {
     Sign constant;
@@ -58,17 +60,75 @@ SignFormula::SignFormula(const CsgField& field)
     *this = folded(std::vector<Sign>(field.surfaces().size(), Sign{0}));
 }
 
+struct SignFormula::Memory::Entry {
+    std::uint32_t signs;
+    int n;  // entries from here on
+    SignFormula became;
+    const Entry* next;
+};
+
+SignFormula::Memory::~Memory()
+{
+    for (const Entry* entry = first_.load(); entry != nullptr;) {
+        const Entry* next = entry->next;
+        delete entry;
+        entry = next;
+    }
+}
+
+const SignFormula* SignFormula::Memory::find(std::uint32_t signs) const
+{
+    for (const Entry* entry = first_.load(std::memory_order_acquire); entry != nullptr;
+         entry = entry->next)
+        if (entry->signs == signs) return &entry->became;
+    return nullptr;
+}
+
+void SignFormula::Memory::add(std::uint32_t signs, const SignFormula& became) const
+{
+    constexpr int kMost = 64;
+    const Entry* first = first_.load(std::memory_order_acquire);
+    auto entry = std::make_unique<Entry>(Entry{signs, 0, became, nullptr});
+    do {
+        if (first != nullptr && first->n == kMost) return;
+        entry->n = first != nullptr ? first->n + 1 : 1;
+        entry->next = first;
+    } while (!first_.compare_exchange_weak(first, entry.get(), std::memory_order_acq_rel,
+                                           std::memory_order_acquire));
+    entry.release();
+}
+
 SignFormula SignFormula::simplified(std::span<const Sign> signs) const
 {
     if (constant_ != 0) return *this;
+    if (surfaces().size() > kFewSurfaces) return simplified_anew(signs);
+    std::uint32_t key = 0;
+    bool any = false;
+    for (const std::int32_t s : surfaces()) {
+        key = 4 * key + static_cast<std::uint32_t>(signs[s] + 1);
+        any = any || signs[s] != 0;
+    }
+    if (!any && !any_twice()) return *this;
+    if (const SignFormula* known = parts_->memory.find(key)) return *known;
+    SignFormula result = simplified_anew(signs);
+    // One that remembered itself would never go.
+    if (result.parts_ != parts_) parts_->memory.add(key, result);
+    return result;
+}
+
+SignFormula SignFormula::simplified_anew(std::span<const Sign> signs) const
+{
     if (const Sign known = sign(signs); known != 0) return SignFormula(known);
     const bool any = std::any_of(surfaces().begin(), surfaces().end(),
                                  [&](std::int32_t s) { return signs[s] != 0; });
     SignFormula result = any ? folded(signs) : *this;
-    constexpr std::size_t kFewSurfaces = 8;
-    const bool twice = std::any_of(result.uses().begin(), result.uses().end(),
-                                   [](const Use& u) { return u.twice; });
-    return twice && result.surfaces().size() <= kFewSurfaces ? result.with_true_uses() : result;
+    return result.any_twice() && result.surfaces().size() <= kFewSurfaces ? result.with_true_uses()
+                                                                          : result;
+}
+
+bool SignFormula::any_twice() const
+{
+    return std::any_of(uses().begin(), uses().end(), [](const Use& u) { return u.twice; });
 }
 
 // The sign for each combination of signs; bit j of the place says "outside surface j".
@@ -128,7 +188,8 @@ Sign SignFormula::sign_by_cases(std::vector<Sign>& signs) const
 SignFormula SignFormula::folded(std::span<const Sign> signs) const
 {
     if (constant_ != 0) return *this;
-    const auto& [nodes, terms, surfaces, uses] = *parts_;
+    const std::vector<Node>& nodes = parts_->nodes;
+    const std::vector<std::int32_t>& terms = parts_->terms;
     Parts result;
     std::vector<Value> values(nodes.size());
     std::vector<std::int32_t> kept;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,7 +36,8 @@ public:
     /// The formula once the signs that are not 0 are known; `signs` has one entry a surface of the
     /// field. Surfaces that enter both ways are dropped where they turn out not to matter, as the
     /// wall between two parts that were put together. O(length), times 2^n for n up to eight
-    /// surfaces if some enter both ways; a formula that no sign changes is shared, not copied.
+    /// surfaces if some enter both ways; a formula that no sign changes is shared, not copied, and
+    /// one of up to eight surfaces remembers what it became before.
     SignFormula simplified(std::span<const Sign> signs) const;
     /// The sign of the formula, 0 if the known signs leave it open.
     Sign sign(std::span<const Sign> signs) const;
@@ -48,18 +50,37 @@ private:
         bool is_max;
         std::int32_t first, count;
     };
+    // What a formula became once signs were known, by these. Grows at its head only, so threads
+    // read it, and add to it, without a lock.
+    class Memory {
+    public:
+        Memory() = default;
+        Memory(const Memory&) : Memory() {}
+        Memory& operator=(const Memory&) = delete;
+        ~Memory();
+        const SignFormula* find(std::uint32_t signs) const;
+        // Unless there is much in it already.
+        void add(std::uint32_t signs, const SignFormula& became) const;
+
+    private:
+        struct Entry;
+        mutable std::atomic<const Entry*> first_{nullptr};
+    };
     struct Parts {
         std::vector<Node> nodes;  // the last is the result
         std::vector<std::int32_t> terms;
         std::vector<std::int32_t> surfaces;
         std::vector<Use> uses;
+        Memory memory;
 
         void note_surfaces();
     };
     explicit SignFormula(Sign constant);
     explicit SignFormula(Parts&& parts) : parts_(std::make_shared<const Parts>(std::move(parts))) {}
 
+    SignFormula simplified_anew(std::span<const Sign> signs) const;
     SignFormula folded(std::span<const Sign> signs) const;
+    bool any_twice() const;
     std::vector<Sign> table() const;
     SignFormula with_true_uses() const;
 

@@ -382,7 +382,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         q_ = {p[9], p[6], p[7], p[8], p[0], p[1], p[2], p[3], p[4], p[5]};
         if (is_plane()) note_axis(surface.quadric.polynomial());
     }
-    Vec3 m;
+    Vec3& m = reach_;
     for (std::size_t i = 0; i < 3; ++i)
         m[i] = std::max(std::fabs(box.min[i] - origin_[i]), std::fabs(box.max[i] - origin_[i]));
     const double ms = magnitude(s_, m);
@@ -490,8 +490,21 @@ Interval SurfaceForm::range(const std::array<Vec3, 3>& triangle,
                             const std::array<double, 3>& values) const
 {
     if (!is_quadratic()) return range(triangle);
-    const Interval r = range_from(values, triangle);
-    return {r.lo - slack_, r.hi + slack_};
+    const std::array<double, 3> k = bends(triangle);
+    const std::array<double, 6> b{
+        values[0], 0.5 * (values[0] + values[1] - k[0]), 0.5 * (values[0] + values[2] - k[2]),
+        values[1], 0.5 * (values[1] + values[2] - k[1]), values[2]};
+    const Interval hull = hull_of(b, 1.0, 0.0);
+    double lo = hull.lo, hi = hull.hi;
+    const double margin = 1e-9 * (hi - lo);
+    if (lo <= margin && hi >= -margin) {
+        // Where the critical point comes out wrong by e of the simplex, the value does by e^2 of
+        // the spread.
+        const Interval exact = exact_range(b);
+        lo = std::max(lo, exact.lo - margin);
+        hi = std::min(hi, exact.hi + margin);
+    }
+    return {lo - slack_, hi + slack_};
 }
 
 std::array<double, 3> SurfaceForm::other_bends(const std::array<Vec3, 3>& triangle) const
@@ -505,23 +518,6 @@ std::array<double, 3> SurfaceForm::other_bends(const std::array<Vec3, 3>& triang
         k[i] = kReserve * (2.0 * (at[i] + at[j]) - 4.0 * middle);
     }
     return k;
-}
-
-Interval SurfaceForm::range_from(const std::array<double, 3>& values,
-                                 const std::array<Vec3, 3>& triangle, double times) const
-{
-    const std::array<double, 3> k = bends(triangle);
-    const double k01 = times * k[0], k12 = times * k[1], k02 = times * k[2];
-    const std::array<double, 6> b{
-        values[0], 0.5 * (values[0] + values[1] - k01), 0.5 * (values[0] + values[2] - k02),
-        values[1], 0.5 * (values[1] + values[2] - k12), values[2]};
-    const Interval hull = hull_of(b, 1.0, 0.0);
-    const double margin = 1e-9 * (hull.hi - hull.lo);
-    if (hull.lo > margin || hull.hi < -margin) return hull;
-    // Where the critical point comes out wrong by e of the simplex, the value does by e^2 of the
-    // spread.
-    const Interval range = exact_range(b);
-    return {std::max(hull.lo, range.lo - margin), std::min(hull.hi, range.hi + margin)};
 }
 
 Interval SurfaceForm::range(const std::array<Vec3, 4>& tet) const
@@ -614,7 +610,8 @@ Interval SurfaceForm::range(const Box3& box) const
         const Vec3 c = box.center() - origin_, half = 0.5 * box.size();
         Vec3 most;
         for (std::size_t i = 0; i < 3; ++i) most[i] = std::fabs(c[i]) + half[i];
-        const double margin = std::max(slack_, 64.0 * kEps * magnitude(q_, most));
+        const bool within = most[0] <= reach_[0] && most[1] <= reach_[1] && most[2] <= reach_[2];
+        const double margin = within ? slack_ : std::max(slack_, 64.0 * kEps * magnitude(q_, most));
         const Interval r = range_round(q_, c, half);
         return {r.lo - margin, r.hi + margin};
     }

@@ -91,10 +91,6 @@ public:
     /// The same where the values at the corners are known.
     Interval range(const std::array<Vec3, 3>& triangle, const std::array<double, 3>& values) const;
     Interval range(const std::array<Vec3, 4>& tet) const;
-    /// The range over a triangle of a quadratic that has these values at its corners and bends
-    /// `times` as F does: exact, but for rounding.
-    Interval range_from(const std::array<double, 3>& values, const std::array<Vec3, 3>& triangle,
-                        double times = 1.0) const;
     /// Holds F over the convex hull of any points.
     Interval range(std::span<const Vec3> hull) const;
     /// A lower bound, rounding covered, of the rate at which F grows along `direction` at points
@@ -133,6 +129,7 @@ private:
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
+    Vec3 reach_;       // of the box from the origin, along each axis
     int across_ = -1;  // the axis that a plane is perpendicular to, and where
     double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <random>
 
+#include "genus/base/parallel.h"
 #include "genus/mesh/topology.h"
 #include "genus/model/deviation.h"
 #include "genus/model/refine.h"
@@ -145,6 +147,48 @@ TEST(SignFormula, KeepsItsTruthWhenSignsBecomeKnown)
             }
         }
     }
+}
+
+// Of five surfaces, one of them used both ways, all 3^5 sets of known signs, in pieces and from
+// several threads at once: what is remembered from before is what is found anew.
+TEST(SignFormula, RemembersTheTruthInParallel)
+{
+    std::vector<Solid> s;
+    for (int i = 0; i < 5; ++i) s.push_back(moved(sphere(2), i, 0, 0));
+    const CsgField field(
+        subtract({unite({s[0], intersect({s[1], s[2]})}), unite({s[3], intersect({s[1], s[4]})})}));
+    const SignFormula formula(field);
+    ASSERT_EQ(field.surfaces().size(), 5u);
+    constexpr std::size_t kSets = 243, kTimes = 3;
+    std::atomic<int> wrong{0}, decided{0};
+    parallel_for(kTimes * kSets, 8, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            std::vector<Sign> some(5), fewer(5, Sign{0}), all(5);
+            for (std::size_t i = 0, rest = n % kSets; i < 5; ++i, rest /= 3) {
+                some[i] = static_cast<Sign>(rest % 3) - 1;
+                if (i % 2 == 0) fewer[i] = some[i];
+            }
+            const SignFormula at_once = formula.simplified(some);
+            const SignFormula by_steps = formula.simplified(fewer).simplified(some);
+            bool any = false, both = false;
+            Sign first = 0;
+            for (unsigned bits = 0; bits < 32; ++bits) {
+                for (std::size_t i = 0; i < 5; ++i)
+                    all[i] = some[i] != 0 ? some[i] : (bits >> i & 1) != 0 ? Sign{1} : Sign{-1};
+                const Sign truth = formula.sign(all);
+                if (at_once.sign(all) != truth || by_steps.sign(all) != truth) ++wrong;
+                both = both || (any && truth != first);
+                first = any ? first : truth;
+                any = true;
+            }
+            if (at_once.constant() != (both ? 0 : first) ||
+                by_steps.constant() != at_once.constant())
+                ++wrong;
+            decided += both ? 0 : 1;
+        }
+    });
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(decided, 100);
 }
 
 TEST(SurfaceForm, RangesHoldAllValuesAndAreSharpForQuadrics)
