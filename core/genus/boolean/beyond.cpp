@@ -22,7 +22,7 @@ void Beyond::add_hits(const Ray& ray, std::vector<std::pair<Index, Index>>& hits
     }
     const CellGrid::Column column = grid_.column(ray.axis, ray.start);
     for (std::size_t f = 0; f < tract_.size(); ++f)
-        if (tract_[f] >= 0 && grid_.may_touch(column, whole_.faces[f]))
+        if (tract_[f] != kSought && grid_.may_touch(column, whole_.faces[f]))
             add_hit(ray, static_cast<Index>(f), hits);
 }
 
@@ -37,7 +37,7 @@ void Beyond::grow_tree()
 {
     std::vector<FloatBox> boxes;
     for (std::size_t f = 0; f < tract_.size(); ++f) {
-        if (tract_[f] < 0) continue;
+        if (tract_[f] == kSought) continue;
         const Triangle& t = whole_.faces[f];
         item_.push_back(static_cast<Index>(f));
         boxes.push_back(box_of(whole_.points[t[0]], whole_.points[t[1]], whole_.points[t[2]]));

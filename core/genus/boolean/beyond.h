@@ -14,8 +14,12 @@ namespace genus::exact {
 /// The faces of a soup that are not in its zone, see zone.h.
 class Beyond {
 public:
-    /// `tract` of each face of `whole`: the number of its tract, negative in the zone; `face` and
-    /// `point` are the numbers in the whole of those of the zone, in order.
+    /// Of faces of the zone in place of the number of a tract: that are sought when faces meet,
+    /// and that come along.
+    static constexpr std::int32_t kSought = -1, kAround = -2;
+
+    /// `tract` is by face of `whole`; `face` and `point` are the numbers in the whole of those of
+    /// the zone, in order.
     Beyond(const Soup& whole, CellGrid grid, std::vector<std::int32_t> tract,
            std::vector<std::int32_t> face, std::vector<std::int32_t> point)
         : whole_(whole),
@@ -26,8 +30,8 @@ public:
     {
     }
 
-    /// Adds to `hits`, as operand and sign, the faces that the ray meets. O(faces), less once it
-    /// was asked often. For one thread at a time.
+    /// Adds to `hits`, as operand and sign, the faces that the ray meets and that are not sought.
+    /// O(faces), less once it was asked often. For one thread at a time.
     void add_hits(const Ray& ray, std::vector<std::pair<std::int32_t, std::int32_t>>& hits);
 
     /// Adds to what a zone was solved to what is kept of the tracts: all in the order that the

@@ -251,6 +251,7 @@ private:
         report_.n_candidate_pairs += r.n_candidate_pairs;
         report_.n_contacts += r.n_contacts;
         report_.n_passive_faces += r.n_passive_faces;
+        report_.n_left_alone += r.n_left_alone;
         report_.n_buried_faces += r.n_buried_faces;
         report_.n_cells += r.n_cells;
         report_.n_new_points += r.n_new_points;

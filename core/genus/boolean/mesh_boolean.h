@@ -36,6 +36,7 @@ struct MeshBooleanReport {
     std::int64_t n_candidate_pairs = 0;
     std::int64_t n_contacts = 0;       // pairs of faces that meet
     std::int64_t n_passive_faces = 0;  // input faces that nothing touches
+    std::int64_t n_left_alone = 0;     // of them: near none that anything touches, not looked at
     std::int64_t n_buried_faces = 0;   // that lie where they cannot matter and are not cut
     std::int64_t n_cells = 0;          // pieces of the others
     std::int64_t n_new_points = 0;
@@ -93,7 +94,8 @@ private:
 ///
 /// We chose an arrangement of whole faces with implicit points, not a partition into convex
 /// pieces: faces that nothing touches then pass through as they are, and the cost beyond finding
-/// them grows with the intersections. Implements [cherchi2020] and [zhou2016]; see arrangement.h
+/// them grows with the intersections. Of large operands that meet here and there only the zones
+/// where they do are arranged. Implements [cherchi2020] and [zhou2016]; see arrangement.h, zone.h
 /// and winding.h.
 ///
 /// Results do not depend on the number of threads. Throws InvalidInput naming operand and face

@@ -1,5 +1,6 @@
 #include "genus/boolean/plates.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "genus/base/parallel.h"
@@ -109,9 +110,12 @@ Corners Plates::quadrangle(const Soup& soup, Index f) const
 PlateTree::PlateTree(const Soup& soup, std::vector<Index> owners)
 {
     plates_ = Plates(soup, owners);
-    if (!plates_.empty()) {
-        for (Index f = 0; f < static_cast<Index>(soup.faces.size()); ++f)
-            if (const Index g = plates_.other(soup, f); g < 0 || f < g) face_.push_back(f);
+    const bool all_sought = std::find(owners.begin(), owners.end(), kNotSought) == owners.end();
+    if (!plates_.empty() || !all_sought) {
+        for (Index f = 0; f < static_cast<Index>(soup.faces.size()); ++f) {
+            const Index g = plates_.other(soup, f);
+            if (owners[f] != kNotSought && (g < 0 || f < g)) face_.push_back(f);
+        }
         for (std::size_t i = 0; i < face_.size(); ++i) owners[i] = owners[face_[i]];
         owners.resize(face_.size());
     }

@@ -51,11 +51,14 @@ private:
 /// Do the faces on the two sides of a halfedge lie in one plane and turn alike? Exact.
 bool same_plane(const Soup& soup, std::int32_t h);
 
+/// In place of the owner of a face that meets no other for sure.
+inline constexpr std::int32_t kNotSought = -2;
+
 /// A tree over the plates of a soup. The lower of its faces stands for a plate.
 class PlateTree {
 public:
     PlateTree() = default;
-    /// `owners` as from find_owners.
+    /// `owners` as from find_owners; faces of kNotSought are left out.
     PlateTree(const Soup& soup, std::vector<std::int32_t> owners);
     /// Each face a plate by itself, for those to whom pairs are known already.
     static PlateTree of_faces(const Soup& soup);

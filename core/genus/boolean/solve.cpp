@@ -406,6 +406,7 @@ std::optional<Solved> solve_whole(const Soup& soup, const Frame& frame,
             return solve_whole(soup, frame, formula, n_operands, options,
                                look_over(soup, formula, n_operands), report, place);
         report.n_passive_faces += n_far;
+        report.n_left_alone += n_far;
         if (sound) return found;
     }
     const bool saw_all = found->saw_all;

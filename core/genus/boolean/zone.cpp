@@ -52,12 +52,12 @@ private:
     enum : char { kFar, kClose, kAround };
     // What a cell holds beside the number of an owner.
     enum : Index { kEmpty = -1, kMixed = -2, kSurrounding = -3 };
-    static constexpr Index kInZone = -1, kUnknown = -2;
+    static constexpr Index kUnknown = -3;
 
     // Small cells let fewer faces pass for close; many of them do not fit into a cache.
     static std::size_t n_cells_for(std::size_t n_faces)
     {
-        return std::max(2 * n_faces, std::min<std::size_t>(8 * n_faces, 1u << 19));
+        return std::max(2 * n_faces, std::min<std::size_t>(4 * n_faces, 1u << 19));
     }
 
     std::size_t n_faces() const { return whole_.faces.size(); }
@@ -165,12 +165,19 @@ private:
         cells_ = {};
     }
 
+    static bool is_in_zone(Index tract)
+    {
+        return tract == Beyond::kSought || tract == Beyond::kAround;
+    }
+
     // Numbers the far faces by tract. One with no face of the zone next to it lends its first.
     void find_tracts()
     {
         tract_.resize(n_faces());
         for (std::size_t f = 0; f < n_faces(); ++f)
-            tract_[f] = near_[f] == kFar ? kUnknown : kInZone;
+            tract_[f] = near_[f] == kFar     ? kUnknown
+                        : near_[f] == kClose ? Beyond::kSought
+                                             : Beyond::kAround;
         std::vector<Index> stack;
         for (Index first = 0; first < static_cast<Index>(n_faces()); ++first) {
             if (tract_[first] != kUnknown) continue;
@@ -182,13 +189,13 @@ private:
                 stack.pop_back();
                 for (Index h = 3 * f; h < 3 * f + 3; ++h) {
                     Index& other = tract_[whole_.twin[h] / 3];
-                    has_rim = has_rim || other == kInZone;
+                    has_rim = has_rim || is_in_zone(other);
                     if (other != kUnknown) continue;
                     other = n_tracts_;
                     stack.push_back(whole_.twin[h] / 3);
                 }
             }
-            if (!has_rim) tract_[first] = kInZone;
+            if (!has_rim) tract_[first] = Beyond::kAround;
             ++n_tracts_;
         }
     }
@@ -200,7 +207,7 @@ private:
         std::vector<Index> face;  // of the zone: in the whole
         std::vector<Index> place(n_faces(), -1);
         for (std::size_t f = 0; f < n_faces(); ++f) {
-            if (tract_[f] != kInZone) continue;
+            if (!is_in_zone(tract_[f])) continue;
             place[f] = static_cast<Index>(face.size());
             face.push_back(static_cast<Index>(f));
         }
@@ -238,7 +245,7 @@ private:
             soup.faces.push_back(t);
             soup.operand.push_back(whole_.operand[f]);
             soup.given.push_back(whole_.given[f]);
-            zone.owners.push_back(owners_[f]);
+            zone.owners.push_back(near_[f] == kClose ? owners_[f] : kNotSought);
         }
         soup.crosses_itself = whole_.crosses_itself;
     }
@@ -250,11 +257,11 @@ private:
         for (std::size_t f = 0; f < face.size(); ++f)
             for (int i = 0; i < 3; ++i) {
                 const Index h = whole_.twin[3 * face[f] + i];
-                const Index tract = h < 0 ? kInZone : tract_[h / 3];
-                soup.twin.push_back(h < 0              ? -1
-                                    : tract == kInZone ? 3 * place[h / 3] + h % 3
-                                                       : Soup::across_rim(tract));
-                if (tract != kInZone)
+                const Index tract = h < 0 ? Beyond::kAround : tract_[h / 3];
+                soup.twin.push_back(h < 0               ? -1
+                                    : is_in_zone(tract) ? 3 * place[h / 3] + h % 3
+                                                        : Soup::across_rim(tract));
+                if (!is_in_zone(tract))
                     for (const int end : {i, (i + 1) % 3}) soup.on_rim[soup.faces[f][end]] = 1;
             }
     }

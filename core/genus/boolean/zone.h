@@ -20,7 +20,7 @@ namespace genus::exact {
 /// connected across edges, and the faces of the zone next to them are passive.
 struct Zone {
     Soup soup;
-    std::vector<std::int32_t> owners;  // of its faces
+    std::vector<std::int32_t> owners;  // of its faces: kNotSought for those that come along
     std::unique_ptr<Beyond> beyond;    // the rest
 };
 

@@ -478,6 +478,7 @@ Explanation explain_boolean(const MeshBooleanReport& report)
 {
     Explanation e;
     e.add("faces that nothing touches passed through", report.n_passive_faces, "faces");
+    e.add("faces far from all contacts not looked at", report.n_left_alone, "faces");
     e.add("faces where they cannot matter not cut", report.n_buried_faces, "faces");
     e.add("clusters of parts that are apart solved alone",
           report.n_clusters > 1 ? report.n_clusters : 0, "clusters");
