@@ -116,6 +116,7 @@ PlateTree::PlateTree(const Soup& soup, std::vector<Index> owners)
             const Index g = plates_.other(soup, f);
             if (owners[f] != kNotSought && (g < 0 || f < g)) face_.push_back(f);
         }
+        if (face_.empty()) return;  // no face is sought: the tree is empty
         for (std::size_t i = 0; i < face_.size(); ++i) owners[i] = owners[face_[i]];
         owners.resize(face_.size());
     }

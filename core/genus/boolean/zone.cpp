@@ -57,7 +57,7 @@ private:
     // Small cells let fewer faces pass for close; many of them do not fit into a cache.
     static std::size_t n_cells_for(std::size_t n_faces)
     {
-        return std::max(2 * n_faces, std::min<std::size_t>(4 * n_faces, 1u << 19));
+        return std::max(2 * n_faces, std::min<std::size_t>(8 * n_faces, 1u << 19));
     }
 
     std::size_t n_faces() const { return whole_.faces.size(); }
