@@ -21,7 +21,7 @@ constexpr double kStretch = 1.03;  // of its longest piece, beside that
 constexpr double kSpare = 0.02;    // of a piece, before a side gets one more
 constexpr double kThin = 1.0;      // height of a face that is cut in one strip
 constexpr double kRound = 0.4;     // of an equilateral triangle, for a lattice
-constexpr double kRadius = 0.98;   // of the circles round the triangles of a lattice
+constexpr double kRadius = 0.99;   // of the circles round the triangles of a lattice
 constexpr double kMostOfLattice = 1 << 14;
 // Where these are measured: the weights of two corners.
 constexpr std::array<std::array<double, 2>, 4> kSamples{
@@ -42,6 +42,20 @@ ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
 double pieces_for(double sagitta, double limit)
 {
     return std::max(1.0, std::ceil(std::sqrt(sagitta / limit)));
+}
+
+// How far the surface lies outside and inside of a face with its corners on it, about, where it has
+// this slope.
+inline std::array<double, 2> CutFace::own_distance(const Vec3& a, const Vec3& b, const Vec3& c,
+                                                   double slope) const
+{
+    if (form_->is_plane()) return {0.0, 0.0};
+    const Interval r = form_->is_quadratic()
+                           ? SurfaceForm::deviation_of(
+                                 {form_->bend(b - a), form_->bend(c - b), form_->bend(a - c)})
+                           : form_->range(std::array{a, b, c});
+    const double below = std::max(0.0, -r.lo) / slope, above = std::max(0.0, r.hi) / slope;
+    return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
 }
 
 CutFace::CutFace(double limit, std::int64_t max_triangles)
@@ -74,9 +88,20 @@ bool CutFace::run(const SurfaceForm& form, bool turned, const std::vector<FinePo
             for (std::int32_t k = 0; k <= pieces[i]; ++k) pool_.push_back((at + k) % n_border_);
             at += pieces[i];
         }
-        if (fill(sides, 0) && mend()) return true;
+        if (!fill(sides, 0) || !mend()) continue;
+        find_reaches();
+        return true;
     }
     return false;
+}
+
+void CutFace::find_reaches()
+{
+    reaches_.assign(points_.size(), {0.0, 0.0});
+    for (std::size_t f = 0; f < faces_.size(); ++f)
+        for (const std::int32_t v : faces_[f])
+            for (const std::size_t side : {0u, 1u})
+                reaches_[v][side] = std::max(reaches_[v][side], distances_[f][side]);
 }
 
 // Side i runs from corner i to the next.
@@ -179,7 +204,7 @@ std::optional<double> CutFace::lattice_radius(const std::array<Side, 3>& sides, 
         if (!t) return std::nullopt;
         p[i] += *t * way;
     }
-    const auto distance = own_distance(p, norm(form_->gradient(p[0])));
+    const auto distance = own_distance(p[0], p[1], p[2], norm(form_->gradient(p[0])));
     return std::sqrt(std::max(distance[0], distance[1]) / limit_);
 }
 
@@ -293,36 +318,6 @@ void CutFace::fill_strip(const Side& upper, const Side& lower)
     }
 }
 
-// How far the surface lies outside and inside of a face, about, where it has this slope.
-std::array<double, 2> CutFace::own_distance(const std::array<Vec3, 3>& p, double g) const
-{
-    if (form_->is_plane()) return {0.0, 0.0};
-    // The corners are on the surface.
-    const Interval r =
-        form_->is_quadratic() ? SurfaceForm::deviation_of(form_->bends(p)) : form_->range(p);
-    const double below = std::max(0.0, -r.lo) / g, above = std::max(0.0, r.hi) / g;
-    return sign_ < 0.0 ? std::array{above, below} : std::array{below, above};
-}
-
-// How far the corners of a face must move outward and inward for it to clear its surface, or
-// `kTooFar` if there is no room for that. Where one has less room the others make up for it.
-std::array<double, 2> CutFace::offsets(const Triangle& t, const std::array<Vec3, 3>& p,
-                                       double slope) const
-{
-    const double least =
-        limit_ * std::min({points_[t[0]].room, points_[t[1]].room, points_[t[2]].room});
-    std::array<double, 2> distance = own_distance(p, slope);
-    const double most = std::max(distance[0], distance[1]);
-    if (most <= least) return distance;
-    if (!(most <= limit_)) return {kTooFar, kTooFar};
-    for (const std::size_t side : {0u, 1u}) {
-        if (distance[side] <= least) continue;
-        if (!clears(t, side)) return {kTooFar, kTooFar};
-        distance[side] = limit_;
-    }
-    return distance;
-}
-
 // Whether a face clears its surface with its corners as far outward (side 0) or inward as they may
 // move: beside a short room the surface's own curvature counts.
 bool CutFace::clears(const Triangle& t, std::size_t side) const
@@ -345,14 +340,26 @@ void CutFace::add(const Triangle& t)
     judge(static_cast<std::int32_t>(faces_.size()) - 1);
 }
 
+// How far the corners of a face must move outward and inward for it to clear its surface, or
+// `kTooFar` if there is no room for that. Where one has less room the others make up for it.
 void CutFace::judge(std::int32_t f)
 {
     const Triangle& t = faces_[f];
-    const std::array<Vec3, 3> p{points_[t[0]].at, points_[t[1]].at, points_[t[2]].at};
-    const Vec3 g = form_->gradient((p[0] + p[1] + p[2]) / 3.0);
-    turned_over_ = turned_over_ || !(sign_ * dot(cross(p[1] - p[0], p[2] - p[0]), g) > 0.0);
-    distances_[f] = offsets(t, p, norm(g));
-    if (distances_[f][0] == kTooFar) too_far_.push_back(f);
+    const FinePoint &a = points_[t[0]], &b = points_[t[1]], &c = points_[t[2]];
+    const Vec3 g = form_->gradient((a.at + b.at + c.at) / 3.0);
+    turned_over_ = turned_over_ || !(sign_ * dot(cross(b.at - a.at, c.at - a.at), g) > 0.0);
+    std::array<double, 2> distance = own_distance(a.at, b.at, c.at, norm(g));
+    const double least = limit_ * std::min({a.room, b.room, c.room});
+    for (const std::size_t side : {0u, 1u}) {
+        if (distance[side] <= least) continue;
+        if (!(distance[side] <= limit_) || !clears(t, side)) {
+            distance = {kTooFar, kTooFar};
+            too_far_.push_back(f);
+            break;
+        }
+        distance[side] = limit_;
+    }
+    distances_[f] = distance;
 }
 
 // Faces that are too far from the surface are cut: an edge that is too long in its middle, together

@@ -53,8 +53,9 @@ public:
     /// Those of the border come first.
     const std::vector<FinePoint>& points() const { return points_; }
     const std::vector<Triangle>& faces() const { return faces_; }
-    /// How far the surface lies outside and inside of each face, about.
-    const std::vector<std::array<double, 2>>& distances() const { return distances_; }
+    /// How far each of the points is to move outward and inward for its faces to clear their
+    /// surface, about.
+    const std::vector<std::array<double, 2>>& reaches() const { return reaches_; }
     std::int32_t n_border() const { return n_border_; }
 
 private:
@@ -95,10 +96,10 @@ private:
     void add(const Triangle& t);
     void judge(std::int32_t f);
     bool mend();
+    void find_reaches();
     std::int32_t face_across(std::int32_t f, std::int32_t a, std::int32_t b) const;
-    std::array<double, 2> own_distance(const std::array<Vec3, 3>& p, double slope) const;
-    std::array<double, 2> offsets(const Triangle& t, const std::array<Vec3, 3>& p,
-                                  double slope) const;
+    std::array<double, 2> own_distance(const Vec3& a, const Vec3& b, const Vec3& c,
+                                       double slope) const;
     bool clears(const Triangle& t, std::size_t side) const;
     double chord_length(std::int32_t a, std::int32_t b) const;
 
@@ -108,7 +109,7 @@ private:
     std::int64_t max_triangles_;
     std::vector<FinePoint> points_;
     std::vector<Triangle> faces_;
-    std::vector<std::array<double, 2>> distances_;
+    std::vector<std::array<double, 2>> distances_, reaches_;
     std::vector<std::int32_t> pool_, too_far_;
     std::int32_t n_border_ = 0;
 };

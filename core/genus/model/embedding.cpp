@@ -10,6 +10,7 @@
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/triangle_intersection.h"
 #include "genus/mesh/validate.h"
+#include "genus/model/two_lanes.h"
 
 namespace genus {
 
@@ -17,46 +18,45 @@ namespace {
 
 constexpr double kMostDoubtful = 0.05;  // of the faces
 
-using Corners = std::array<Vec3, 3>;
-
-double largest(const Vec3& v)
-{
-    return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
-}
-
 double largest_coordinate(const IndexedMesh& mesh)
 {
     double most = 0.0;
-    for (const Vec3& p : mesh.vertices) most = std::max(most, largest(p));
+    for (const Vec3& p : mesh.vertices)
+        for (const double x : p.c) most = std::max(most, std::fabs(x));
     return most;
 }
 
-// A face on K-, in the fine mesh or on K+: its first two sides from corner 0, and its normal.
-struct Layer {
-    Vec3 a, b, normal;
+// A face in one layer of two prisms each, that from K- to the fine mesh and that from there to K+:
+// its corners, its first two sides from corner 0 and its normal.
+struct Layers {
+    std::array<TwoVec, 3> corners;
+    TwoVec a = corners[1] - corners[0], b = corners[2] - corners[0], normal = cross(a, b);
 
-    explicit Layer(const Corners& c) : a(c[1] - c[0]), b(c[2] - c[0]), normal(cross(a, b)) {}
+    Two longest_side() const { return greater(largest(a), largest(b)); }
 };
 
-// The map from the prism between two layers keeps orientation everywhere, for all corners within
-// `blur` of these in each coordinate. With n and m the normals of the layers and u_k the fibres,
-// the mixed product of normals is n + m less that of the differences of the sides, and the latter
-// has the same product with all three fibres: their determinant.
-bool keeps_orientation(const Layer& below, const Layer& above, const Corners& fibres, double side,
-                       double blur)
+// The maps from both prisms keep orientation everywhere, for all corners within `blur` of these in
+// each coordinate. With n and m the normals of the layers and u_k the fibres, the mixed product of
+// normals is n + m less that of the differences of the sides, and the latter has the same product
+// with all three fibres: their determinant.
+bool keep_orientation(const Layers& below, const Layers& above, double blur)
 {
-    const Vec3 mixed = cross(above.a - below.a, above.b - below.b);
-    const double twist = dot(mixed, fibres[0]);
-    double fibre = 0.0, least = std::numeric_limits<double>::infinity();
-    for (const Vec3& f : fibres) {
-        const double first = dot(below.normal, f), last = dot(above.normal, f);
-        least = std::min({least, first, last, first + last - twist});
-        fibre = std::max(fibre, largest(f));
+    std::array<TwoVec, 3> fibres{above.corners[0] - below.corners[0],
+                                 above.corners[1] - below.corners[1],
+                                 above.corners[2] - below.corners[2]};
+    const Two twist = dot(cross(above.a - below.a, above.b - below.b), fibres[0]);
+    Two fibre = both(0.0), least = both(std::numeric_limits<double>::infinity());
+    for (const TwoVec& f : fibres) {
+        const Two first = dot(below.normal, f), last = dot(above.normal, f);
+        least = lesser(least, lesser(first + last - twist, lesser(first, last)));
+        fibre = greater(fibre, largest(f));
     }
+    const Two sides = greater(below.longest_side(), above.longest_side());
+    const double side = std::max(sides[0], sides[1]);
     // Each of the 36 products of three factors in a coefficient errs by the blur of each factor, up
     // to four times that of a corner, and a few roundings of itself.
-    const double error = 72.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
-    return least > error;
+    const Two error = 72.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
+    return least[0] > error[0] && least[1] > error[1];
 }
 
 class PrismsOfFaces {
@@ -75,8 +75,7 @@ public:
         std::vector<std::vector<Box3>> found(n_faces() / kGrain + 1);
         parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t f = begin; f < end; ++f)
-                if (const auto c = corners(f); !keeps_orientation(c))
-                    found[begin / kGrain].push_back(box(c));
+                if (!keeps_orientation(f)) found[begin / kGrain].push_back(box(f));
         });
         std::vector<Box3> boxes;
         for (const auto& some : found) boxes.insert(boxes.end(), some.begin(), some.end());
@@ -86,45 +85,54 @@ public:
 private:
     std::size_t n_faces() const { return fine_.surface.mesh.n_faces(); }
 
-    bool keeps_orientation(const std::array<Corners, 3>& c) const
+    // The points of a vertex: on K- and in the mesh, there and on K+.
+    TwoVec below(std::int32_t v) const
     {
-        const Layer inner(c[0]), middle(c[1]), outer(c[2]);
-        double side = 0.0;
-        for (const Layer* layer : {&inner, &middle, &outer})
-            side = std::max({side, largest(layer->a), largest(layer->b)});
-        Corners in, out;
-        for (std::size_t i = 0; i < 3; ++i) {
-            in[i] = c[1][i] - c[0][i];
-            out[i] = c[2][i] - c[1][i];
-        }
-        return genus::keeps_orientation(inner, middle, in, side, blur_) &&
-               genus::keeps_orientation(middle, outer, out, side, blur_);
+        return {fine_.shell[v][0], fine_.surface.mesh.vertices[v]};
+    }
+    TwoVec above(std::int32_t v) const
+    {
+        return {fine_.surface.mesh.vertices[v], fine_.shell[v][1]};
     }
 
-    // On K-, of the face, and on K+.
-    std::array<Corners, 3> corners(std::size_t f) const
+    bool keeps_orientation(std::size_t f) const
     {
-        std::array<Corners, 3> c;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const std::int32_t v = fine_.surface.mesh.faces[f][i];
-            c[0][i] = fine_.shell[v][0];
-            c[1][i] = fine_.surface.mesh.vertices[v];
-            c[2][i] = fine_.shell[v][1];
-        }
-        return c;
+        const Triangle& t = fine_.surface.mesh.faces[f];
+        return keep_orientation({{below(t[0]), below(t[1]), below(t[2])}},
+                                {{above(t[0]), above(t[1]), above(t[2])}}, blur_);
     }
 
-    Box3 box(const std::array<Corners, 3>& c) const
+    Box3 box(std::size_t f) const
     {
         Box3 box;
-        for (const Corners& three : c)
-            for (const Vec3& p : three) box.add(p);
+        for (const std::int32_t v : fine_.surface.mesh.faces[f]) {
+            box.add(fine_.surface.mesh.vertices[v]);
+            for (const Vec3& p : fine_.shell[v]) box.add(p);
+        }
         return box.inflated(blur_);
     }
 
     const FineMesh& fine_;
     double blur_;
 };
+
+// Some faces of a mesh, with their vertices.
+IndexedMesh alone(const IndexedMesh& mesh, const std::vector<Triangle>& faces)
+{
+    std::vector<std::int32_t> used;
+    for (const Triangle& t : faces) used.insert(used.end(), t.begin(), t.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    IndexedMesh result;
+    for (const std::int32_t v : used) result.vertices.push_back(mesh.vertices[v]);
+    const auto number = [&](std::int32_t v) {
+        return static_cast<std::int32_t>(std::lower_bound(used.begin(), used.end(), v) -
+                                         used.begin());
+    };
+    for (const Triangle& t : faces)
+        result.faces.push_back({number(t[0]), number(t[1]), number(t[2])});
+    return result;
+}
 
 // The faces that meet one of the boxes do not cross each other, and each component of the mesh,
 // given by those of the coarse one, has faces that meet none.
@@ -148,8 +156,7 @@ bool sound_within(const std::vector<Box3>& boxes, const FineMesh& fine, const To
             is_near[part] = meets(box) ? 1 : 0;
         }
     });
-    IndexedMesh near;
-    near.vertices = mesh.vertices;
+    std::vector<Triangle> near;
     std::vector<char> seen(coarse.components.size(), 0);
     for (std::size_t part = 0; part < n; ++part)
         for (std::int64_t f = fine.first_face[part]; f < fine.first_face[part + 1]; ++f) {
@@ -159,19 +166,19 @@ bool sound_within(const std::vector<Box3>& boxes, const FineMesh& fine, const To
                 return box;
             };
             if (is_near[part] != 0 && meets(box_of_face()))
-                near.faces.push_back(mesh.faces[f]);
+                near.push_back(mesh.faces[f]);
             else
                 for (const std::int32_t v : mesh.faces[f])
                     if (static_cast<std::size_t>(v) < coarse.component_of_vertex.size())
                         seen[coarse.component_of_vertex[v]] = 1;
         }
     return std::find(seen.begin(), seen.end(), 0) == seen.end() &&
-           std::none_of(near.faces.begin(), near.faces.end(),
+           std::none_of(near.begin(), near.end(),
                         [&](const Triangle& t) {
                             return has_no_area(
                                 {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
                         }) &&
-           self_intersections(near).pairs.empty();
+           self_intersections(alone(mesh, near)).pairs.empty();
 }
 
 }  // namespace

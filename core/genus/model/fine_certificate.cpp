@@ -13,6 +13,7 @@
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/disjoint_sets.h"
+#include "genus/model/two_lanes.h"
 
 namespace genus {
 
@@ -143,12 +144,8 @@ private:
     void first_offsets()
     {
         const std::size_t n = m_.mesh.n_vertices();
-        offset_.assign(n, {0.0, 0.0});
+        offset_ = fine_.reach;
         value_.resize(n);
-        for (std::size_t f = 0; f < m_.mesh.n_faces(); ++f)
-            for (const std::int32_t v : m_.mesh.faces[f])
-                for (const std::size_t side : {0u, 1u})
-                    offset_[v][side] = std::max(offset_[v][side], fine_.distance[f][side]);
         constexpr std::size_t kGrain = 2048;
         std::vector<double> roundings(n / kGrain + 1, 0.0);
         parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -218,11 +215,8 @@ private:
         for (std::int64_t f = block.begin; f < block.end; ++f) {
             const Triangle& t = m_.mesh.faces[f];
             if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
-            open[f] = 0;
-            for (const int side : {0, 1})
-                if (!(alone ? has_sign(t, side, near.surfaces()[0], *alone)
-                            : sign_of(t, side, near, signs) == (side == 0 ? 1 : -1)))
-                    open[f] = static_cast<char>(open[f] | 1 << side);
+            open[f] = static_cast<char>(alone ? sides_without_sign(t, near.surfaces()[0], *alone)
+                                              : sides_without_sign(t, near, signs));
             any = any || open[f] != 0;
         }
         return any;
@@ -249,36 +243,56 @@ private:
         return use.plain ? 1.0 : -1.0;
     }
 
-    // Whether a quadratic surface has its sign all over a moved face.
-    bool has_sign(const Triangle& t, int side, std::int32_t s, double outside) const
+    // The sides, as bits, on which a quadratic surface has not its sign all over a moved face.
+    int sides_without_sign(const Triangle& t, std::int32_t s, double outside) const
     {
         const SurfaceForm& form = forms_[s];
-        const double sign = side == 0 ? outside : -outside;
-        const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
-        std::array<double, 3> values;
-        for (std::size_t i = 0; i < 3; ++i) values[i] = value_at(t[i], side, s, p[i]);
-        const double least = std::min({sign * values[0], sign * values[1], sign * values[2]});
-        std::array<double, 3> bends = form.bends(p);
-        for (double& k : bends) k *= sign;
+        const Two sign{outside, -outside};
+        const std::array<TwoVec, 3> p{corners(t[0]), corners(t[1]), corners(t[2])};
+        const std::array<Two, 3> values{values_at(t[0], s), values_at(t[1], s), values_at(t[2], s)};
+        const Two least = lesser(sign * values[0], lesser(sign * values[1], sign * values[2]));
+        const std::array<Two, 3> bends{sign * form.bend(p[1] - p[0]), sign * form.bend(p[2] - p[1]),
+                                       sign * form.bend(p[0] - p[2])};
         // First a bound that is had for less.
         const double margin = 2.0 * form.slack();
-        if (least - std::max({0.0, bends[0], bends[1], bends[2]}) / 3.0 > margin ||
-            least - most_between(bends) > margin)
-            return true;
-        const Interval range = form.range(p, values);
-        return sign > 0.0 ? range.lo > 0.0 : range.hi < 0.0;
+        const Two low =
+            least - greater(both(0.0), greater(bends[0], greater(bends[1], bends[2]))) / 3.0;
+        int without = 0;
+        for (const int side : {0, 1}) {
+            if (low[side] > margin ||
+                least[side] - most_between({bends[0][side], bends[1][side], bends[2][side]}) >
+                    margin)
+                continue;
+            const Interval range =
+                form.range({corner(t[0], side), corner(t[1], side), corner(t[2], side)},
+                           {values[0][side], values[1][side], values[2][side]});
+            if (!(sign[side] > 0.0 ? range.lo > 0.0 : range.hi < 0.0)) without |= 1 << side;
+        }
+        return without;
     }
 
-    double value_at(std::int32_t v, int side, std::int32_t s, const Vec3& p) const
+    TwoVec corners(std::int32_t v) const
     {
-        return m_.surfaces_of_vertex[v][0] == s ? value_[v][side] : forms_[s].value(p);
+        const Vec3 &p = m_.mesh.vertices[v], &d = fine_.direction[v];
+        const Two step{offset_[v][0], -offset_[v][1]};
+        return {p[0] + step * d[0], p[1] + step * d[1], p[2] + step * d[2]};
     }
 
-    Sign sign_of(const Triangle& t, int side, const SignFormula& near,
-                 std::vector<Sign>& signs) const
+    Two values_at(std::int32_t v, std::int32_t s) const
     {
-        for (const std::int32_t s : near.surfaces()) signs[s] = sign_of(t, side, s);
-        return near.sign_by_cases(signs);
+        if (m_.surfaces_of_vertex[v][0] == s) return Two{value_[v][0], value_[v][1]};
+        return Two{forms_[s].value(corner(v, 0)), forms_[s].value(corner(v, 1))};
+    }
+
+    int sides_without_sign(const Triangle& t, const SignFormula& near,
+                           std::vector<Sign>& signs) const
+    {
+        int without = 0;
+        for (const int side : {0, 1}) {
+            for (const std::int32_t s : near.surfaces()) signs[s] = sign_of(t, side, s);
+            if (near.sign_by_cases(signs) != (side == 0 ? 1 : -1)) without |= 1 << side;
+        }
+        return without;
     }
 
     Sign sign_of(const Triangle& t, int side, std::int32_t s) const
@@ -286,7 +300,8 @@ private:
         const SurfaceForm& form = forms_[s];
         const std::array<Vec3, 3> p{corner(t[0], side), corner(t[1], side), corner(t[2], side)};
         std::array<double, 3> values;
-        for (std::size_t i = 0; i < 3; ++i) values[i] = value_at(t[i], side, s, p[i]);
+        for (std::size_t i = 0; i < 3; ++i)
+            values[i] = m_.surfaces_of_vertex[t[i]][0] == s ? value_[t[i]][side] : form.value(p[i]);
         if (form.is_quadratic()) {
             const Interval between = SurfaceForm::deviation_of(form.bends(p));
             if (std::min({values[0], values[1], values[2]}) + between.lo > 2.0 * form.slack())

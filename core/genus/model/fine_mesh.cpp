@@ -300,7 +300,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
     struct Part {
         std::vector<Point> inner;
         std::vector<Triangle> faces;
-        std::vector<std::array<double, 2>> distances;
+        std::vector<std::array<double, 2>> reaches;  // of the border first
         std::int64_t first_vertex = 0;
     };
     std::vector<Part> parts(n);
@@ -339,7 +339,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
             }
             parts[f].inner.assign(cut.points().begin() + cut.n_border(), cut.points().end());
             parts[f].faces = cut.faces();
-            parts[f].distances = cut.distances();
+            parts[f].reaches = cut.reaches();
             n_triangles += static_cast<std::int64_t>(parts[f].faces.size());
             if (n_triangles > max_triangles)
                 throw ToleranceNotMet("mesh: more than max_triangles triangles are needed",
@@ -367,7 +367,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
     s.cell_size.resize(n_vertices);
     s.mesh.faces.resize(fine.first_face[n]);
     s.surface_of_face.resize(fine.first_face[n]);
-    fine.distance.resize(fine.first_face[n]);
+    fine.reach.resize(n_vertices);
     const auto put = [&](std::int64_t v, const Point& p, const std::array<std::int32_t, 3>& on) {
         s.mesh.vertices[v] = p.at;
         fine.direction[v] = p.direction;
@@ -392,6 +392,14 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
             for (std::size_t k = 0; k < edges.points(e).size(); ++k)
                 s.cell_size[edges.first(e) + static_cast<std::int64_t>(k)] = cell_size[f];
         }
+    for (std::size_t f = 0; f < n; ++f) {
+        std::size_t k = 0;
+        border_of(f, [&](std::int32_t v, const Point&) {
+            for (const std::size_t side : {0u, 1u})
+                fine.reach[v][side] = std::max(fine.reach[v][side], parts[f].reaches[k][side]);
+            ++k;
+        });
+    }
     parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
         std::vector<std::int32_t> number;
         for (std::size_t f = begin; f < end; ++f) {
@@ -403,13 +411,13 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
                 const std::int64_t v = part.first_vertex + static_cast<std::int64_t>(k);
                 number.push_back(static_cast<std::int32_t>(v));
                 put(v, part.inner[k], {label >> 1, -1, -1});
+                fine.reach[v] = part.reaches[number.size() - 1];
                 s.cell_size[v] = cell_size[f];
             }
             for (std::size_t k = 0; k < part.faces.size(); ++k) {
                 const Triangle& t = part.faces[k];
                 s.mesh.faces[fine.first_face[f] + k] = {number[t[0]], number[t[1]], number[t[2]]};
                 s.surface_of_face[fine.first_face[f] + k] = label;
-                fine.distance[fine.first_face[f] + k] = part.distances[k];
             }
         }
     });

@@ -24,9 +24,9 @@ struct FineMesh {
     /// The points of the shell from which each vertex came: on K- and K+, at the same place of the
     /// same face, but for rounding.
     std::vector<ShellPoints> shell;
-    /// How far the corners of each face are to move outward and inward for it to clear its surface,
-    /// about; those with a long `direction` have room for less.
-    std::vector<std::array<double, 2>> distance;
+    /// How far each vertex is to move outward and inward for its faces to clear their surfaces,
+    /// about; one with a long `direction` has room for less.
+    std::vector<std::array<double, 2>> reach;
     /// Faces `first_face[f] .. first_face[f + 1] - 1` are those of face f of the coarse mesh.
     std::vector<std::int64_t> first_face;
     /// Faces of the coarse mesh that could not be cut; if there are any, the rest is not filled.

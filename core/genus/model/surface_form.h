@@ -13,6 +13,7 @@
 #include "genus/model/csg_field.h"
 #include "genus/model/quadratic_polynomial.h"
 #include "genus/model/sign_formula.h"
+#include "genus/model/two_lanes.h"
 
 namespace genus {
 
@@ -53,6 +54,7 @@ public:
     }
     /// What is quadratic in a quadratic F along a step: F(p + e) = F(p) + gradient(p).e + bend(e).
     double bend(const Vec3& e) const { return genus::bend(q_, e); }
+    Two bend(const TwoVec& e) const { return genus::bend(q_, e); }
     /// The bends of the edges of a triangle. Those of other functions than quadratics are estimated
     /// from the values at their ends and middles, with a reserve.
     std::array<double, 3> bends(const std::array<Vec3, 3>& triangle) const

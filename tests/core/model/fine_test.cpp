@@ -77,13 +77,13 @@ TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
         EXPECT_EQ(topology(mesh).euler, 0);
         ASSERT_EQ(fine.first_face.size(), c.mesh.mesh.n_faces() + 1);
         EXPECT_EQ(fine.first_face.back(), static_cast<std::int64_t>(mesh.n_faces()));
-        for (std::size_t f = 0; f < mesh.n_faces(); ++f)
-            EXPECT_LE(std::max(fine.distance[f][0], fine.distance[f][1]), tolerance);
-        for (std::size_t v = 0; v < mesh.n_vertices(); ++v)
+        for (std::size_t v = 0; v < mesh.n_vertices(); ++v) {
+            EXPECT_LE(std::max(fine.reach[v][0], fine.reach[v][1]), tolerance);
             for (const std::int32_t s : fine.surface.surfaces_of_vertex[v])
                 if (s >= 0) {
                     EXPECT_LE(std::fabs(c.forms[s].value(mesh.vertices[v])), c.forms[s].slack());
                 }
+        }
     }
 }
 
