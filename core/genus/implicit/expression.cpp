@@ -133,11 +133,13 @@ Expression pow(const Expression& a, const Expression& b)
 
 Expression min(const Expression& a, const Expression& b)
 {
+    if (&a.node() == &b.node()) return a;
     return Expression::apply(Operation::Min, a, b);
 }
 
 Expression max(const Expression& a, const Expression& b)
 {
+    if (&a.node() == &b.node()) return a;
     return Expression::apply(Operation::Max, a, b);
 }
 

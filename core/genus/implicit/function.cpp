@@ -83,6 +83,8 @@ private:
         const bool commutes =
             made.operation == Operation::Add || made.operation == Operation::Multiply;
         if (commutes && made.b < made.a) std::swap(made.a, made.b);
+        const bool picks = made.operation == Operation::Min || made.operation == Operation::Max;
+        if (picks && made.a == made.b) return made.a;
         if (made.operation == Operation::Multiply && made.a == made.b)
             made = {Operation::Square, made.a, 0, 0.0};
         const auto [at, is_new] = numbers_.emplace(made, static_cast<std::int32_t>(code_.size()));

@@ -1,5 +1,6 @@
 #include "genus/implicit/smooth_parts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <unordered_map>
@@ -169,24 +170,28 @@ private:
     int n_steps_ = 0;
 };
 
-bool all_finite(const SmoothParts& p, const Box3& box)
+}  // namespace
+
+SmoothParts lifted_parts(const Expression& expression)
 {
-    if (p.kind == Kind::Leaf) {
-        const Interval range = Function(p.leaf).bound(box);
-        return std::isfinite(range.lo) && std::isfinite(range.hi);
-    }
-    for (const SmoothParts& part : p.parts)
-        if (!all_finite(part, box)) return false;
-    return true;
+    const auto parts = Lifter(expression).lift(expression, kMostDepth);
+    return parts ? *parts : as_leaf(expression);
 }
 
-}  // namespace
+bool all_finite(const SmoothParts& parts, const Box3& box)
+{
+    if (parts.kind == Kind::Leaf) {
+        const Interval range = Function(parts.leaf).bound(box);
+        return std::isfinite(range.lo) && std::isfinite(range.hi);
+    }
+    return std::all_of(parts.parts.begin(), parts.parts.end(),
+                       [&](const SmoothParts& part) { return all_finite(part, box); });
+}
 
 SmoothParts smooth_parts(const Expression& expression, const Box3& box)
 {
-    const std::optional<SmoothParts> parts = Lifter(expression).lift(expression, kMostDepth);
-    if (!parts || parts->kind == Kind::Leaf || !all_finite(*parts, box)) return as_leaf(expression);
-    return *parts;
+    SmoothParts parts = lifted_parts(expression);
+    return all_finite(parts, box) ? parts : as_leaf(expression);
 }
 
 }  // namespace genus

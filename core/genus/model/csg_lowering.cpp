@@ -8,8 +8,9 @@
 
 #include "genus/base/error.h"
 #include "genus/base/progress.h"
+#include "genus/implicit/half_space_of.h"
 #include "genus/implicit/quadric_form.h"
-#include "genus/implicit/smooth_parts.h"
+#include "genus/implicit/solid_parts.h"
 #include "genus/model/convex.h"
 #include "genus/model/leaf_mesh.h"
 
@@ -392,7 +393,7 @@ private:
     {
         Gathered result{!negated, {}};
         if (const auto* any = std::get_if<ImplicitShape>(&shape))
-            append(result, function(smooth_parts(any->function->expression(), any->bounds), shape,
+            append(result, function(solid_parts(any->function->expression(), any->bounds), shape,
                                     map, negated));
         for (Surface& surface : leaf_surfaces(shape, map)) {
             const auto [number, flipped] = index_.add(std::move(surface), reach_of(shape, map));
@@ -410,9 +411,13 @@ private:
             append(result, function(part, shape, map, negated));
         if (parts.kind == SmoothParts::Kind::Leaf) {
             LeafWriter out(shape, map);
-            out.function(parts.leaf, std::get<ImplicitShape>(shape).bounds);
+            const Box3& bounds = std::get<ImplicitShape>(shape).bounds;
+            if (const auto half = half_space_of(parts.leaf))
+                out.quadric(*half, bounds);
+            else
+                out.function(parts.leaf, bounds);
             const auto [number, flipped] = index_.add(std::move(out.surfaces[0]), 0.0);
-            result.terms.push_back({number, true, negated != flipped});
+            result.terms.push_back({number, true, (negated != flipped) != parts.negated});
         }
         return result;
     }

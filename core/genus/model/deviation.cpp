@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
@@ -17,8 +18,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 class Sampler {
 public:
     Sampler(const SurfaceMesh& mesh, const SignFormula& formula,
-            const std::vector<SurfaceForm>& forms)
-        : m_(mesh), formula_(formula), forms_(forms)
+            const std::vector<SurfaceForm>& forms, bool by_sides)
+        : m_(mesh), formula_(formula), forms_(forms), by_sides_(by_sides)
     {
     }
 
@@ -122,7 +123,12 @@ private:
                     near.push_back(s);
         const double reach =
             2.0 * std::max({distance(p[0], p[1]), distance(p[1], p[2]), distance(p[2], p[0])});
+        const Vec3 normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
         const auto look = [&](const Vec3& x) {
+            if (by_sides_) {
+                most = std::max(most, to_other_side(x, normal, most, reach, signs));
+                return;
+            }
             // Well below the largest so far: spare the work.
             if (near.size() == 1) {
                 const double g = norm(forms_[near[0]].gradient(x));
@@ -142,6 +148,42 @@ private:
         for (std::size_t i = 0; i < 3; ++i)
             if (t[i] < t[(i + 1) % 3]) look(0.5 * (p[i] + p[(i + 1) % 3]));
         return most;
+    }
+
+    // From x along the normal, either way, to where the side changes, or along an axis, as beside
+    // a face with no width; anything below `least` if that is nearer, `most` if it is farther.
+    double to_other_side(const Vec3& x, const Vec3& normal, double least, double most,
+                         std::vector<Sign>& signs) const
+    {
+        double nearest = to_other_side_along(x, normal, least, most, signs);
+        for (std::size_t axis = 0; axis < 3 && nearest > least; ++axis) {
+            Vec3 direction;
+            direction[axis] = 1.0;
+            nearest = std::min(nearest, to_other_side_along(x, direction, least, nearest, signs));
+        }
+        return nearest;
+    }
+
+    double to_other_side_along(const Vec3& x, const Vec3& direction, double least, double most,
+                               std::vector<Sign>& signs) const
+    {
+        constexpr double kFirst = 0x1p-12;  // of `most`
+        constexpr int kHalvings = 5;
+        Sides sides(*this, signs);
+        const auto changes = [&](double t) {
+            return sides.inside(x - t * direction) != sides.inside(x + t * direction);
+        };
+        double low = 0.0, high = std::max(least, kFirst * most);
+        while (!changes(high)) {
+            if (high >= most) return most;
+            low = std::exchange(high, std::min(2.0 * high, most));
+        }
+        if (low == 0.0) return high;
+        for (int step = 0; step < kHalvings; ++step) {
+            const double middle = 0.5 * (low + high);
+            (changes(middle) ? high : low) = middle;
+        }
+        return high;
     }
 
     // The surfaces that decide within `far` of x.
@@ -285,15 +327,16 @@ private:
     const SurfaceMesh& m_;
     const SignFormula& formula_;
     const std::vector<SurfaceForm>& forms_;
+    bool by_sides_;
 };
 
 }  // namespace
 
 double measure_deviation(const SurfaceMesh& mesh, const SignFormula& formula,
-                         const std::vector<SurfaceForm>& forms, const Box3& box)
+                         const std::vector<SurfaceForm>& forms, const Box3& box, bool by_sides)
 {
     if (formula.constant() != 0) return 0.0;
-    const Sampler sampler(mesh, formula, forms);
+    const Sampler sampler(mesh, formula, forms, by_sides);
     const double there = sampler.from_mesh();
     return std::max(there, sampler.from_solid(box, there));
 }

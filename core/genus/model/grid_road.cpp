@@ -1,12 +1,14 @@
 #include "genus/model/grid_road.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "genus/base/error.h"
+#include "genus/implicit/jump_parts.h"
 #include "genus/mesh/validate.h"
 #include "genus/model/cell_mesh.h"
 #include "genus/model/certificate.h"
@@ -23,6 +25,15 @@ namespace genus {
 
 namespace {
 
+// A little more on one side than on the other: planes through the middle of a box, where formulas
+// like to jump, then do not pass through samples.
+Box3 room_round(const Box3& box)
+{
+    const double d = box.diagonal();
+    return {box.min - Vec3{{0.0100, 0.0093, 0.0087}} * d,
+            box.max + Vec3{{0.0089, 0.0098, 0.0095}} * d};
+}
+
 class GridRoad {
 public:
     GridRoad(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
@@ -31,13 +42,15 @@ public:
           clock_(result.seconds),
           field_(solid),
           formula_(field_),
-          box_(box.inflated(0.01 * box.diagonal())),
+          box_(room_round(box)),
           cube_(cell_cube(box_))
     {
         for (const Surface& s : field_.surfaces()) {
             forms_.emplace_back(s, cube_);
             is_polynomial_ = is_polynomial_ && !s.function;
         }
+        jump_ = jump_at_border(field_, box_);
+        is_plain_ = jump_ && options.method == MeshMethod::Auto;
         clock_.end("field");
     }
 
@@ -52,17 +65,24 @@ public:
         int n_sound = 0;
         for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
             finer = 0.5;
-            if (expected > options_.max_triangles || n_sound == kMostProofs) break;
+            if (expected > most_triangles() || n_sound == kMostProofs) break;
             const bool was_plain = is_plain_;
             SurfaceMesh mesh = labelled(on_grid(cell));
             clock_.end("mesh");
             expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
-            const double measured = measure_deviation(mesh, formula_, forms_, box_);
+            const double measured =
+                measure_deviation(mesh, formula_, forms_, box_, jump_.has_value());
             clock_.end("measure");
             reached = kReserve * measured;
-            // As at the jump of a function, where no grid comes nearer to what is estimated.
+            // At the edge of a jump the error falls with the cell.
+            if (jump_ && attempt > 1 && reached > result_.tolerance)
+                expected =
+                    std::max(expected,
+                             static_cast<std::int64_t>(static_cast<double>(mesh.mesh.n_faces()) *
+                                                       std::pow(reached / result_.tolerance, 2.0)));
+            // As where a function changes the faster the nearer one looks.
             n_stuck = reached > kStuck * before ? n_stuck + 1 : 0;
-            // Sharp features that are none, as at a jump: plain marching cubes is always sound.
+            // Sharp features that are none: plain marching cubes is always sound.
             if (reached > kSlow * before) ++n_slow;
             if (n_slow == kMostSlow && !is_polynomial_ && options_.method == MeshMethod::Auto)
                 is_plain_ = true;
@@ -102,14 +122,32 @@ public:
                                     "samples");
             return;
         }
-        throw ToleranceNotMet(
-            "mesh: no grid within the limits reaches the tolerance " + to_text(result_.tolerance),
-            result_.tolerance, reached, {box_});
+        give_up(reached);
     }
 
 private:
+    [[noreturn]] void give_up(double reached) const
+    {
+        std::string text =
+            "mesh: no grid within the limits reaches the tolerance " + to_text(result_.tolerance);
+        if (!jump_) throw ToleranceNotMet(text, result_.tolerance, reached, {box_});
+        const Vec3& p = *jump_;
+        text += "; a formula changes its sign without a zero, as at (" + to_text(p[0]) + ", " +
+                to_text(p[1]) + ", " + to_text(p[2]) + ")";
+        const Box3 place = Box3{p, p}.inflated(box_.diagonal() / 64.0);
+        throw ToleranceNotMet(text, result_.tolerance, reached, {place});
+    }
+
+    std::int64_t most_triangles() const
+    {
+        if (is_polynomial_) return options_.max_triangles;
+        return std::min(jump_ ? kMostAtJump : kMostOfFunction, options_.max_triangles);
+    }
+
     static constexpr double kReserve = 1.5;
     static constexpr int kMaxGrids = 10, kMostStuck = 3;
+    // Triangles without a proof.
+    static constexpr std::int64_t kMostOfFunction = 1'500'000, kMostAtJump = 600'000;
     static constexpr double kStuck = 0.9;
     static constexpr int kMostSlow = 2;
     static constexpr double kSlow = 0.4;  // what halving a grid leaves, a quarter being right
@@ -185,6 +223,7 @@ private:
     SignFormula formula_;
     Box3 box_, cube_;
     SamplingReport report_;  // of the last grid
+    std::optional<Vec3> jump_;
     bool is_plain_ = false;
     bool is_polynomial_ = true;
     std::int64_t decided_ = 0;  // samples of the grid that was taken
@@ -192,6 +231,14 @@ private:
 };
 
 }  // namespace
+
+std::optional<Vec3> jump_at_border(const CsgField& field, const Box3& box)
+{
+    for (const Surface& s : field.surfaces())
+        if (s.function && may_jump(s.function->expression()))
+            return jump_at_border(static_cast<const Implicit&>(field), box);
+    return std::nullopt;
+}
 
 void mesh_over_grid(const Solid& solid, const Box3& box, const MeshOptions& options,
                     MeshedSolid& result)

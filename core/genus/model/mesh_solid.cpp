@@ -98,6 +98,8 @@ public:
     }
 
     bool has_function() const { return has_function_; }
+    /// Where the border is a jump nothing can be proven.
+    bool has_jump(const Box3& box) const { return jump_at_border(field_, box).has_value(); }
 
     void run()
     {
@@ -432,6 +434,11 @@ void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options
                  MeshedSolid& result)
 {
     Road road(solid, box, options, result);
+    const auto over_grid = [&] {
+        result.method = "emc";
+        mesh_over_grid(solid, box, options, result);
+    };
+    if (road.has_function() && road.has_jump(box)) return over_grid();
     const double asked = result.tolerance;
     if (road.has_function())
         result.tolerance = std::min(result.tolerance, kCoarsestFunction * box.diagonal());
@@ -440,8 +447,7 @@ void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options
     } catch (const ToleranceNotMet&) {
         if (!road.has_function()) throw;
         result.tolerance = asked;
-        result.method = "emc";
-        mesh_over_grid(solid, box, options, result);
+        over_grid();
     }
 }
 

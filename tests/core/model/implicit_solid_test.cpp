@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <string>
 
 #include "genus/base/error.h"
 #include "genus/implicit/parse_expression.h"
@@ -154,6 +155,59 @@ TEST(ImplicitSolid, EdgesOfAFormulaAreExact)
     const MeshedSolid sheet =
         meshed(formula("abs(cos(x) + cos(y) + cos(z)) - 0.5", 0.5 * kPi), 0.1);
     EXPECT_TRUE(sheet.error.certified);
+}
+
+// A jump or a pole is a border like any other, and exact where it is plane.
+TEST(ImplicitSolid, JumpsAndPolesAreExactPlaces)
+{
+    const struct {
+        const char* text;
+        double volume;
+        int euler;
+    } planes[] = {
+        {"1/x", 32, 2},
+        {"1/x - 1", 48, 4},
+        {"mod(x, 1) - 0.5", 32, 8},
+        {"floor(x)", 48, 2},
+        {"x/abs(x)", 32, 2},
+        {"sqrt(x) - 1", 16, 2},
+        {"log(x)", 16, 2},
+        {"floor(x) + floor(y)", 52, 2},
+        {"ceil(x)*y", 40, 2},
+    };
+    for (const auto& c : planes) {
+        SCOPED_TRACE(c.text);
+        const MeshedSolid made = meshed(formula(c.text, 2), 0.05);
+        EXPECT_TRUE(made.error.certified);
+        EXPECT_NEAR(volume(made.mesh), c.volume, 1e-9);
+        EXPECT_EQ(topology(made.mesh).euler, c.euler);
+    }
+    // Two half balls of different size.
+    const MeshedSolid step = meshed(formula("x^2 + y^2 + z^2 - 1 - 0.1*sign(x)", 1.5), 0.05);
+    EXPECT_TRUE(step.error.certified);
+    const double expected =
+        2.0 / 3.0 * kPi * (std::pow(std::sqrt(1.1), 3) + std::pow(std::sqrt(0.9), 3));
+    EXPECT_NEAR(volume(step.mesh), expected, 14 * step.error.bound);
+}
+
+// Poles without end, and jumps inside other functions: a mesh of plain marching cubes whose
+// vertices are where the side changes, or an error that says where.
+TEST(ImplicitSolid, WhatJumpsAndCannotBeCutIsMeasuredBySides)
+{
+    const MeshedSolid made = meshed(formula("exp(1/x) - 2", 2), 0.3);
+    EXPECT_FALSE(made.error.certified);
+    EXPECT_EQ(made.method, "mc");
+    EXPECT_NEAR(volume(made.mesh), 32 + 16 * (2 - 1 / std::log(2.0)), 96 * made.error.bound);
+    MeshOptions options;
+    options.tolerance = 1e-3;
+    try {
+        mesh_solid(formula("exp(1/x) - 2", 2), options);
+        FAIL();
+    } catch (const ToleranceNotMet& error) {
+        ASSERT_EQ(error.where().size(), 1u);
+        EXPECT_TRUE(error.where()[0].min[0] < 0.0 && error.where()[0].max[0] > 0.0);
+        EXPECT_NE(std::string(error.what()).find("without a zero"), std::string::npos);
+    }
 }
 
 TEST(ImplicitSolid, WhatCannotBeProvenIsEstimated)
