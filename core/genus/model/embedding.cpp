@@ -18,10 +18,10 @@ namespace {
 
 constexpr double kMostDoubtful = 0.05;  // of the faces
 
-double largest_coordinate(const IndexedMesh& mesh)
+double largest_coordinate(const std::vector<Vec3>& points)
 {
     double most = 0.0;
-    for (const Vec3& p : mesh.vertices)
+    for (const Vec3& p : points)
         for (const double x : p.c) most = std::max(most, std::fabs(x));
     return most;
 }
@@ -35,37 +35,47 @@ struct Layers {
     Two longest_side() const { return greater(largest(a), largest(b)); }
 };
 
-// The maps from both prisms keep orientation everywhere, for all corners within `blur` of these in
-// each coordinate. With n and m the normals of the layers and u_k the fibres, the mixed product of
-// normals is n + m less that of the differences of the sides, and the latter has the same product
-// with all three fibres: their determinant.
-bool keep_orientation(const Layers& below, const Layers& above, double blur)
+// By how much a determinant may err, with corners within `blur` in each coordinate, sides and
+// fibres no larger than these in any: each of the 36 products of three factors in a coefficient
+// errs by the blur of each factor, up to four times that of a corner, and a few roundings of
+// itself.
+template <class Number>
+Number error_of(double blur, double side, const Number& fibre)
 {
-    std::array<TwoVec, 3> fibres{above.corners[0] - below.corners[0],
-                                 above.corners[1] - below.corners[1],
-                                 above.corners[2] - below.corners[2]};
+    return 72.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
+}
+
+// The maps from both prisms keep orientation everywhere, for all corners within `blur` of these.
+// With n and m the normals of the layers and u_k the fibres, the mixed product of normals is n + m
+// less that of the differences of the sides, and the latter has the same product with all three
+// fibres: their determinant. `most` is the error of the largest prism that there can be.
+bool keep_orientation(const Layers& below, const Layers& above, double blur, double most)
+{
+    const std::array<TwoVec, 3> fibres{above.corners[0] - below.corners[0],
+                                       above.corners[1] - below.corners[1],
+                                       above.corners[2] - below.corners[2]};
     const Two twist = dot(cross(above.a - below.a, above.b - below.b), fibres[0]);
-    Two fibre = both(0.0), least = both(std::numeric_limits<double>::infinity());
+    Two least = both(std::numeric_limits<double>::infinity());
     for (const TwoVec& f : fibres) {
         const Two first = dot(below.normal, f), last = dot(above.normal, f);
         least = lesser(least, lesser(first + last - twist, lesser(first, last)));
-        fibre = greater(fibre, largest(f));
     }
+    if (least[0] > most && least[1] > most) return true;
+    const Two fibre = greater(largest(fibres[0]), greater(largest(fibres[1]), largest(fibres[2])));
     const Two sides = greater(below.longest_side(), above.longest_side());
-    const double side = std::max(sides[0], sides[1]);
-    // Each of the 36 products of three factors in a coefficient errs by the blur of each factor, up
-    // to four times that of a corner, and a few roundings of itself.
-    const Two error = 72.0 * side * (2.5 * blur * (side + 2.0 * fibre) + 0x1p-49 * side * fibre);
+    const Two error = error_of(blur, std::max(sides[0], sides[1]), fibre);
     return least[0] > error[0] && least[1] > error[1];
 }
 
 class PrismsOfFaces {
 public:
-    PrismsOfFaces(const CoarseShell& shell, const FineMesh& fine)
-        : fine_(fine),
-          blur_(kShellRounding *
-                std::max(largest_coordinate(shell.inner), largest_coordinate(shell.outer)))
+    PrismsOfFaces(const CoarseShell& shell, const FineMesh& fine) : fine_(fine)
     {
+        const double reach = std::max(largest_coordinate(shell.inner.vertices),
+                                      largest_coordinate(shell.outer.vertices));
+        blur_ = kShellRounding * reach;
+        const double most = 2.1 * std::max(reach, largest_coordinate(fine.surface.mesh.vertices));
+        most_ = error_of(blur_, most, most);
     }
 
     // Boxes round the two prisms of each face for which a determinant is not shown to be positive.
@@ -99,7 +109,7 @@ private:
     {
         const Triangle& t = fine_.surface.mesh.faces[f];
         return keep_orientation({{below(t[0]), below(t[1]), below(t[2])}},
-                                {{above(t[0]), above(t[1]), above(t[2])}}, blur_);
+                                {{above(t[0]), above(t[1]), above(t[2])}}, blur_, most_);
     }
 
     Box3 box(std::size_t f) const
@@ -113,7 +123,7 @@ private:
     }
 
     const FineMesh& fine_;
-    double blur_;
+    double blur_ = 0.0, most_ = 0.0;
 };
 
 // Some faces of a mesh, with their vertices.

@@ -64,12 +64,13 @@ public:
     {
         c.rounding = rounding_;
         for (std::size_t v = 0; v < offset_.size(); ++v) {
-            const double length = norm(fine_.direction[v]);
-            const double share = std::max(offset_[v][0], offset_[v][1]) * length;
-            c.bound = std::max(c.bound, share);
             double& part = m_.surfaces_of_vertex[v][1] >= 0 ? c.creases : c.faces;
-            part = std::max(part, share);
+            const double offset = std::max(offset_[v][0], offset_[v][1]);
+            const Vec3& d = fine_.direction[v];
+            if (offset * offset * dot(d, d) > 0.999 * part * part)
+                part = std::max(part, offset * norm(d));
         }
+        c.bound = std::max({c.bound, c.creases, c.faces});
     }
 
     // Calls visit(face) for all that may meet the box once moved, to either side, and some more.
@@ -151,25 +152,24 @@ private:
         parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
             double& worst = roundings[begin / kGrain];
             for (std::size_t v = begin; v < end; ++v) {
-                const double rounding = rounding_at(v), most = largest(v);
+                const double rounding = rounding_at(v), length = norm(fine_.direction[v]);
+                const double most = largest(length);
                 for (double& a : offset_[v]) a = std::min(1.01 * a + rounding, most);
                 value_[v] = values_at(v);
-                worst = std::max(worst, rounding * norm(fine_.direction[v]));
+                worst = std::max(worst, rounding * length);
             }
         });
         rounding_ = *std::max_element(roundings.begin(), roundings.end());
     }
 
-    // No share of the bound passes the tolerance, not by rounding either.
-    double largest(std::size_t v) const
-    {
-        return tolerance_ * (1.0 - 1e-14) / norm(fine_.direction[v]);
-    }
+    // Where a direction has this length. No share of the bound passes the tolerance, not by
+    // rounding either.
+    double largest(double length) const { return tolerance_ * (1.0 - 1e-14) / length; }
 
     bool widen(std::size_t v, int sides)
     {
         bool changed = false;
-        const double most = largest(v);
+        const double most = largest(norm(fine_.direction[v]));
         for (const std::size_t side : {0u, 1u}) {
             double& a = offset_[v][side];
             if ((sides >> side & 1) == 0 || a >= most) continue;
