@@ -114,12 +114,15 @@ public:
             }
             result_.mesh = std::move(mesh.mesh);
             if (was_plain) result_.method = "mc";
-            decided_ = report_.decided;
+            taken_ = report_;
             if (is_proven || !is_polynomial_) break;
         }
         if (n_sound > 0) {
-            result_.explanation.add("samples of the grid decided by bounds of blocks", decided_,
-                                    "samples");
+            result_.explanation.add("samples of the grid decided by bounds of blocks",
+                                    taken_.decided, "samples");
+            if (taken_.confined + taken_.left_out > 0)
+                result_.explanation.add("sharp features moved or left out, for faces would cross",
+                                        taken_.confined + taken_.left_out, "cells");
             return;
         }
         give_up(reached);
@@ -226,7 +229,7 @@ private:
     std::optional<Vec3> jump_;
     bool is_plain_ = false;
     bool is_polynomial_ = true;
-    std::int64_t decided_ = 0;  // samples of the grid that was taken
+    SamplingReport taken_;  // of the grid that was taken
     std::vector<SurfaceForm> forms_;
 };
 

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "genus/base/error.h"
 #include "genus/base/parallel.h"
 #include "genus/volume/cell_case.h"
 #include "genus/volume/crossed_cells.h"
 #include "genus/volume/crossing.h"
+#include "genus/volume/fan_crossings.h"
 #include "genus/volume/field_samples.h"
 
 namespace genus {
@@ -22,12 +25,25 @@ struct Fan {
     std::uint64_t rim;  // its two vertices, the smaller one first
 };
 
+// The vertex of a cell's feature. If it is strictly inside, the fan crosses nothing in its cell,
+// nor does what flips make of it: these pass from cell to cell through the face between them, and
+// there is one loop a face. Else that is to be looked at.
+struct Feature {
+    std::int64_t cell;
+    std::int32_t vertex;
+    bool is_doubtful;
+};
+
+// What a cell may do with its feature: it takes the next step where faces cross.
+enum class Step : std::uint8_t { Near, Inside, None };
+
 // What the cells of some rows give. Vertices inside cells are counted from 0 here and written as
 // -1 - n in the faces, until it is known how many the tasks before have.
 struct Part {
     std::vector<Vec3> inner;
     std::vector<Triangle> faces;
     std::vector<Fan> fans;
+    std::vector<Feature> features;
 };
 
 std::uint64_t rim_key(std::int32_t a, std::int32_t b)
@@ -47,6 +63,23 @@ public:
     IndexedMesh extract()
     {
         cross_edges();
+        do {
+            mesh_.vertices.resize(elements_.size());
+            mesh_.faces.clear();
+            make_faces();
+        } while (step_back());
+        return std::move(mesh_);
+    }
+
+    std::int64_t count(Step step) const
+    {
+        return std::count_if(steps_.begin(), steps_.end(),
+                             [&](const auto& taken) { return taken.second == step; });
+    }
+
+private:
+    void make_faces()
+    {
         std::vector<Part> parts((cells_.n_slots() + kRowsPerTask - 1) / kRowsPerTask);
         parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
             for (std::size_t slot = begin; slot < end; ++slot)
@@ -56,13 +89,27 @@ public:
         });
         join(parts);
         flip_across_features(parts);
-        return std::move(mesh_);
+        features_of_cells_.clear();
+        for (const Part& part : parts)
+            features_of_cells_.insert(features_of_cells_.end(), part.features.begin(),
+                                      part.features.end());
+    }
+    bool step_back();
+    Step step_of(std::int64_t cell) const
+    {
+        const auto at = steps_.find(cell);
+        return at == steps_.end() ? Step::Near : at->second;
+    }
+    std::int64_t number(const CrossedCell& cell) const
+    {
+        const GridSize& n = samples_.size();
+        return (static_cast<std::int64_t>(cell.k) * n[1] + cell.j) * n[0] + cell.i;
     }
 
-private:
     void cross_edges();
     TangentElement tangent_element(int axis, const GridIndex& at) const;
     void fill_cell(const CrossedCell& cell, Part& part) const;
+    bool is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const;
     void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
                  Part& part) const;
     void join(std::vector<Part>& parts);
@@ -72,7 +119,10 @@ private:
     const FieldSamples& samples_;
     const FeatureOptions& features_;
     CrossedCells<TiledBits> cells_;
-    std::vector<TangentElement> elements_;  // of the vertices on grid edges
+    std::vector<TangentElement> elements_;          // of the vertices on grid edges
+    std::unordered_map<std::int64_t, Step> steps_;  // of cells that took one
+    std::vector<Feature> features_of_cells_;
+    std::vector<Fan> fans_;
     IndexedMesh mesh_;
 };
 
@@ -104,7 +154,9 @@ TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
 
 void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
 {
-    for (const CubeCase::Loop& loop : case_of(cube_cases(), samples_, cell).loops) {
+    const CubeCase& found_case = case_of(cube_cases(), samples_, cell);
+    const Step step = steps_.empty() ? Step::Near : step_of(number(cell));
+    for (const CubeCase::Loop& loop : found_case.loops) {
         std::array<std::int32_t, 12> vertices;
         std::array<TangentElement, 12> found;
         const std::size_t n = loop.edges.size();
@@ -116,8 +168,14 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
         const std::span elements = std::span(found).first(n);
         const Box3 box{samples_.point(cell.i, cell.j, cell.k),
                        samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
-        if (const auto feature =
-                feature_vertex(samples_.field(), samples_.level(), elements, box, features_)) {
+        std::optional<Vec3> feature;
+        if (step != Step::None)
+            feature = feature_vertex(samples_.field(), samples_.level(), elements, box, features_,
+                                     step == Step::Near ? FeatureRoom::Near : FeatureRoom::Inside);
+        if (feature) {
+            const bool shares = found_case.loops.size() > 1 || kAmbiguousFaces[cell.cube] != 0;
+            part.features.push_back({number(cell), static_cast<std::int32_t>(part.inner.size()),
+                                     shares || !is_within(*feature, cell, box)});
             add_fan(rim, *feature, true, part);
         } else if (loop.triangles.empty()) {
             Vec3 sum;
@@ -128,6 +186,16 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
                 part.faces.push_back({rim[t[0]], rim[t[1]], rim[t[2]]});
         }
     }
+}
+
+// Strictly, and the cell is one of the grid: those of the layer round it have their rims in one
+// plane.
+bool Extractor::is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const
+{
+    for (std::size_t i = 0; i < 3; ++i)
+        if (!(p[i] > box.min[i] && p[i] < box.max[i])) return false;
+    return samples_.is_true(cell.i, cell.j, cell.k) &&
+           samples_.is_true(cell.i + 1, cell.j + 1, cell.k + 1);
 }
 
 void Extractor::add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
@@ -154,7 +222,45 @@ void Extractor::join(std::vector<Part>& parts)
             mesh_.faces.push_back(face);
         }
         for (Fan& fan : part.fans) fan.face += first_face;
+        for (Feature& feature : part.features) feature.vertex += first_inner;
     }
+}
+
+// Looks for faces that cross. The cells of features that are in doubt take a step, or else all
+// whose fans cross: without them the cells are those of marching cubes, which do not. False if
+// there is nothing to be done.
+bool Extractor::step_back()
+{
+    std::vector<std::int32_t> feature_at(mesh_.n_vertices() - elements_.size(), -1);
+    for (std::size_t n = 0; n < features_of_cells_.size(); ++n)
+        feature_at[features_of_cells_[n].vertex - elements_.size()] = static_cast<std::int32_t>(n);
+    const auto visit_features = [&](std::int64_t face, const auto& visit) {
+        for (const std::int32_t v : mesh_.faces[face]) {
+            if (v < static_cast<std::int32_t>(elements_.size())) continue;
+            const std::int32_t n = feature_at[v - elements_.size()];
+            if (n >= 0) visit(features_of_cells_[n]);
+        }
+    };
+    std::vector<std::int32_t> doubtful;
+    for (const Fan& fan : fans_) {
+        bool any = false;
+        visit_features(fan.face, [&](const Feature& f) { any = any || f.is_doubtful; });
+        if (any) doubtful.push_back(static_cast<std::int32_t>(fan.face));
+    }
+    std::unordered_set<std::int64_t> cells;
+    for (const auto& [a, b] : fan_crossings(mesh_, doubtful, samples_.frame())) {
+        std::vector<std::int64_t> in_doubt, all;
+        for (const std::int32_t face : {a, b})
+            visit_features(face, [&](const Feature& f) {
+                all.push_back(f.cell);
+                if (f.is_doubtful) in_doubt.push_back(f.cell);
+            });
+        const auto& chosen = in_doubt.empty() ? all : in_doubt;
+        cells.insert(chosen.begin(), chosen.end());
+    }
+    for (const std::int64_t cell : cells)
+        steps_[cell] = step_of(cell) == Step::Near ? Step::Inside : Step::None;
+    return !cells.empty();
 }
 
 // Does the sharp edge pass between two neighbouring crossings?
@@ -172,7 +278,8 @@ bool Extractor::feature_between(std::int32_t a, std::int32_t b) const
 //       a                 a
 void Extractor::flip_across_features(const std::vector<Part>& parts)
 {
-    std::vector<Fan> fans;
+    std::vector<Fan>& fans = fans_;
+    fans.clear();
     for (const Part& part : parts) fans.insert(fans.end(), part.fans.begin(), part.fans.end());
     std::sort(fans.begin(), fans.end(), [](const Fan& x, const Fan& y) {
         return x.rim != y.rim ? x.rim < y.rim : x.face < y.face;
@@ -211,8 +318,11 @@ IndexedMesh extended_marching_cubes(const Implicit& field, const Box3& box,
     const FieldSamples samples(field, cover(box, options.cell_size), options.level,
                                options.close_border, options.skip);
     Extractor extractor(samples, options.features);
-    if (options.report) *options.report = {samples.n_samples(), samples.decided()};
-    return extractor.extract();
+    IndexedMesh mesh = extractor.extract();
+    if (options.report)
+        *options.report = {samples.n_samples(), samples.decided(), extractor.count(Step::Inside),
+                           extractor.count(Step::None)};
+    return mesh;
 }
 
 }  // namespace genus

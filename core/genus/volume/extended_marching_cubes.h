@@ -24,6 +24,12 @@ struct ExtendedMarchingCubesOptions {
 /// edge is flipped to join the two feature vertices. On sharp edges the mesh is as near to the
 /// surface as on smooth parts: the distance falls with the square of the cell, the normals
 /// converge. One edge or corner a cell; of two the cell makes one.
+///
+/// A feature may lie a little outside its cell. Where faces cross for that, found by exact tests,
+/// it moves to where its edge leaves the cell: then fans and flips cross nothing, as a fan over a
+/// rim on a convex body, from a point within, never does. Where a cell has several sheets that
+/// still cross, it has none. The mesh is embedded as that of marching cubes is.
+///
 /// Time and memory: O(cells that no interval bound decides); 1.2 to 1.4 times marching cubes with
 /// as many vertices, for the gradients at the crossings.
 ///

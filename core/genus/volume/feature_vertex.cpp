@@ -99,14 +99,15 @@ Vec3 mean_point(std::span<const TangentElement> elements)
     return sum / static_cast<double>(elements.size());
 }
 
-// Newton steps of least norm towards the common zero of two or three pieces.
+// Newton steps of least norm towards the common zero of two or three pieces, on `held` if given.
 std::optional<Vec3> meet(const Implicit& field, const std::vector<std::int32_t>& pieces, Vec3 x,
-                         const Box3& region)
+                         const Box3& region, const TangentElement* held = nullptr)
 {
     constexpr int kMostSteps = 20;
     const double settled = 1e-15 * (norm(x) + region.diagonal());
     for (int step = 0; step < kMostSteps; ++step) {
         std::vector<TangentElement> planes;
+        if (held) planes.push_back(*held);
         for (const std::int32_t piece : pieces) {
             const Vec3 g = field.piece_gradient(piece, x);
             const double length = norm(g);
@@ -114,13 +115,38 @@ std::optional<Vec3> meet(const Implicit& field, const std::vector<std::int32_t>&
             const Vec3 n = g / length;
             planes.push_back({x - n * (field.piece_value(piece, x) / length), n});
         }
-        const Vec3 next = nearest_solution(planes, x, static_cast<int>(pieces.size()));
+        const Vec3 next = nearest_solution(planes, x, static_cast<int>(planes.size()));
         const double moved = distance(next, x);
         x = next;
         if (!region.contains(x)) return std::nullopt;
         if (moved <= settled) return x;
     }
     return std::nullopt;
+}
+
+Vec3 moved_into(Vec3 x, const Box3& box)
+{
+    for (std::size_t i = 0; i < 3; ++i) x[i] = std::clamp(x[i], box.min[i], box.max[i]);
+    return x;
+}
+
+// The same within `room`: where an edge leaves it, if its nearest point is outside.
+std::optional<Vec3> meet_within(const Implicit& field, const std::vector<std::int32_t>& pieces,
+                                const Vec3& start, const Box3& room)
+{
+    const Box3 region{room.min - room.size(), room.max + room.size()};
+    const auto free = meet(field, pieces, moved_into(start, room), region);
+    if (!free || room.contains(*free)) return free;
+    if (pieces.size() != 2) return std::nullopt;
+    const Vec3 off = *free - moved_into(*free, room);
+    std::size_t axis = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+        if (std::fabs(off[i]) > std::fabs(off[axis])) axis = i;
+    TangentElement side{moved_into(*free, room), {}};
+    side.normal[axis] = 1.0;
+    auto held = meet(field, pieces, side.point, region, &side);
+    if (held) (*held)[axis] = side.point[axis];
+    return held && room.contains(*held) ? held : std::nullopt;
 }
 
 // Only asked for where there is a feature.
@@ -146,19 +172,22 @@ std::optional<Vec3> feature_point(std::span<const TangentElement> elements,
 
 std::optional<Vec3> feature_vertex(const Implicit& field, double level,
                                    std::span<const TangentElement> elements, const Box3& cell,
-                                   const FeatureOptions& options)
+                                   const FeatureOptions& options, FeatureRoom room)
 {
     const std::optional<Vec3> start = feature_point(elements, options);
     if (!start) return std::nullopt;
-    const Box3 region{cell.min - cell.size() * 0.25, cell.max + cell.size() * 0.25};
+    const Vec3 quarter = cell.size() * 0.25, least = cell.size() / 64.0;
+    const Box3 near{cell.min - quarter, cell.max + quarter};
+    const Box3 inside{cell.min + least, cell.max - least};
     const std::vector<std::int32_t> pieces = pieces_of(field, elements);
     // A piece may enter negated, so which of its levels belongs to another level of the field than
     // zero is not known.
-    if (pieces.front() >= 0 && (pieces.size() == 2 || pieces.size() == 3) && level == 0.0)
-        if (const auto exact = meet(field, pieces, *start, region)) return exact;
-    Vec3 x = *start;
-    for (int i = 0; i < 3; ++i) x[i] = std::clamp(x[i], cell.min[i], cell.max[i]);
-    return x;
+    if (pieces.front() >= 0 && (pieces.size() == 2 || pieces.size() == 3) && level == 0.0) {
+        const auto exact = room == FeatureRoom::Near ? meet(field, pieces, *start, near)
+                                                     : meet_within(field, pieces, *start, inside);
+        if (exact) return exact;
+    }
+    return moved_into(*start, room == FeatureRoom::Near ? cell : inside);
 }
 
 }  // namespace genus

@@ -32,12 +32,19 @@ struct FeatureOptions {
 std::optional<Vec3> feature_point(std::span<const TangentElement> elements,
                                   const FeatureOptions& options = {});
 
+/// How far from its cell a feature may be.
+enum class FeatureRoom {
+    Near,   // a quarter of the cell
+    Inside  // within it, off its faces by a 64th
+};
+
 /// The same, moved by Newton's method onto the crossing of those smooth pieces of the field that
-/// the elements lie on: an edge of a tree of quadrics is met to the last digits. Stays within
-/// `cell`, grown by a quarter; if the pieces do not cross there, it is the point of the tangent
-/// planes, moved to the cell.
+/// the elements lie on: an edge of a tree of quadrics is met to the last digits. Stays within the
+/// `room`: of an edge that is where it is nearest to the elements, or where it leaves the cell. If
+/// the pieces do not cross there, it is the point of the tangent planes, moved to the cell.
 std::optional<Vec3> feature_vertex(const Implicit& field, double level,
                                    std::span<const TangentElement> elements, const Box3& cell,
-                                   const FeatureOptions& options = {});
+                                   const FeatureOptions& options = {},
+                                   FeatureRoom room = FeatureRoom::Near);
 
 }  // namespace genus

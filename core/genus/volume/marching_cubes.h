@@ -14,6 +14,9 @@ namespace genus {
 struct SamplingReport {
     std::int64_t samples = 0;
     std::int64_t decided = 0;  // by bounds of blocks, without an evaluation
+    // Of extended marching cubes: cells whose sharp feature had to stay within them, or be left
+    // out, since faces would have crossed.
+    std::int64_t confined = 0, left_out = 0;
 };
 
 struct MarchingCubesOptions {
