@@ -76,6 +76,8 @@ int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d)
                              std::fabs(bz) * (std::fabs(cx * ay) + std::fabs(cy * ax)) +
                              std::fabs(cz) * (std::fabs(ax * by) + std::fabs(ay * bx));
     if (std::fabs(det) > kOrient3dBound * permanent) return sign_of(det);
+    // As where faces of a mesh share corners.
+    if (a == b || a == c || a == d || b == c || b == d || c == d) return 0;
     return orient3d_exactly(a, b, c, d);
 }
 
