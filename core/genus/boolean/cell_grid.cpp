@@ -38,22 +38,22 @@ CellGrid::CellGrid(const std::vector<Vec3>& points, std::size_t n_cells) : point
     });
 }
 
-std::vector<char> CellGrid::with_neighbours(const std::vector<std::int32_t>& cells,
-                                            std::int32_t kind) const
+std::vector<char> CellGrid::with_neighbours(const std::vector<std::size_t>& cells) const
 {
-    std::vector<char> flags(cells.size(), 0);
-    std::size_t cell = 0;
-    std::array<int, 3> at;
-    for (at[2] = 0; at[2] < count_[2]; ++at[2])
-        for (at[1] = 0; at[1] < count_[1]; ++at[1])
-            for (at[0] = 0; at[0] < count_[0]; ++at[0], ++cell) {
-                if (cells[cell] != kind) continue;
-                const auto low = [&](int k) { return std::max(at[k] - 1, 0); };
-                const auto high = [&](int k) { return std::min(at[k] + 1, count_[k] - 1); };
-                for (int z = low(2); z <= high(2); ++z)
-                    for (int y = low(1); y <= high(1); ++y)
-                        for (int x = low(0); x <= high(0); ++x) flags[cell_at({x, y, z})] = 1;
-            }
+    std::vector<char> flags(n_cells(), 0);
+    for (std::size_t cell : cells) {
+        std::array<int, 3> low;
+        std::array<int, 3> high;
+        for (int k = 0; k < 3; ++k) {
+            const int at = static_cast<int>(cell % static_cast<std::size_t>(count_[k]));
+            cell /= static_cast<std::size_t>(count_[k]);
+            low[k] = std::max(at - 1, 0);
+            high[k] = std::min(at + 1, count_[k] - 1);
+        }
+        for (int z = low[2]; z <= high[2]; ++z)
+            for (int y = low[1]; y <= high[1]; ++y)
+                for (int x = low[0]; x <= high[0]; ++x) flags[cell_at({x, y, z})] = 1;
+    }
     return flags;
 }
 

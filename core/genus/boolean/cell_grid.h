@@ -61,9 +61,8 @@ public:
         return cell_at({static_cast<int>(packed & 1023u), static_cast<int>(packed >> 10 & 1023u),
                         static_cast<int>(packed >> 20)});
     }
-    /// The cells of one kind and their neighbours, as flags.
-    std::vector<char> with_neighbours(const std::vector<std::int32_t>& cells,
-                                      std::int32_t kind) const;
+    /// Some cells and their neighbours, as flags.
+    std::vector<char> with_neighbours(const std::vector<std::size_t>& cells) const;
 
     /// The cells of a line along an axis.
     struct Column {

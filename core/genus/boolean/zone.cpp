@@ -66,6 +66,7 @@ private:
     bool mark(const std::vector<Index>& label)
     {
         cells_.assign(grid_.n_cells(), kEmpty);
+        set_cells_.clear();
         wide_.clear();
         std::size_t n_seen = 0;
         for (std::size_t f = 0; f < n_faces() && n_seen <= kMostCells * n_faces(); ++f) {
@@ -78,12 +79,18 @@ private:
                 Index& known = cells_[cell];
                 if (known == kEmpty && number >= 0)
                     known = number;
-                else if (known != number || number < 0)
-                    known = kMixed;
+                else if ((known != number || number < 0) && known != kMixed)
+                    set(cell, kMixed);
                 return false;
             });
         }
         return n_seen <= kMostCells * n_faces();
+    }
+
+    void set(std::size_t cell, Index kind)
+    {
+        cells_[cell] = kind;
+        set_cells_.push_back(cell);
     }
 
     // Faces at edges that do not join exactly two are always cut.
@@ -100,11 +107,11 @@ private:
                                  [&](std::size_t cell) { return cells_[cell] == kind; });
     }
 
-    // Calls use(f) for the faces that touch cells of a kind.
+    // Calls use(f) for the faces that touch cells of a kind, which are those that were set.
     template <class Use>
     void for_those_at(Index kind, const Use& use) const
     {
-        const std::vector<char> maybe = grid_.with_neighbours(cells_, kind);
+        const std::vector<char> maybe = grid_.with_neighbours(set_cells_);
         parallel_for(n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t f = begin; f < end; ++f)
                 if (maybe[grid_.cell_of(whole_.faces[f][0])] && has_cell(f, kind)) use(f);
@@ -147,11 +154,12 @@ private:
 
     void mark_surroundings()
     {
+        set_cells_.clear();
         for (std::size_t f = 0; f < n_faces(); ++f) {
             if (near_[f] != kClose) continue;
             const Triangle& t = whole_.faces[f];
             grid_.visit_until(t, grid_.range(t, reach_), reach_, [&](std::size_t cell) {
-                cells_[cell] = kSurrounding;
+                if (cells_[cell] != kSurrounding) set(cell, kSurrounding);
                 return false;
             });
         }
@@ -272,9 +280,10 @@ private:
     CellGrid grid_;
     bool has_open_edges_;
     std::vector<Index> cells_;
-    std::vector<Index> wide_;   // faces of more than a cell and its neighbours
-    std::vector<char> near_;    // by face
-    std::vector<Index> tract_;  // by face
+    std::vector<std::size_t> set_cells_;  // to the kind that is looked for
+    std::vector<Index> wide_;             // faces of more than a cell and its neighbours
+    std::vector<char> near_;              // by face
+    std::vector<Index> tract_;            // by face
     Index n_tracts_ = 0;
     std::vector<Index> number_;  // by point of the whole: in the zone
 };
