@@ -6,6 +6,7 @@
 #include <random>
 #include <set>
 
+#include "genus/base/parallel.h"
 #include "genus/boolean/cell_grid.h"
 #include "genus/boolean/solve.h"
 #include "genus/boolean/star_shaped.h"
@@ -165,6 +166,24 @@ TEST(Zones, MakeNoDifference)
         n_zones += expect_same({a, b}, formula);
     }
     EXPECT_GE(n_zones, 8);
+}
+
+TEST(Zones, GiveTheSameBitsOnAnyNumberOfThreads)
+{
+    const std::vector<IndexedMesh> balls{sphere(60, 120, 1.0),
+                                         moved(sphere(60, 120, 1.0), {{0.1, 0.2, 0.3}})};
+    const BooleanFormula formula = BooleanFormula::difference_of(2);
+    const int before = thread_count();
+    set_thread_count(1);
+    const MeshBooleanResult one = mesh_boolean(balls, formula);
+    EXPECT_GT(one.report.n_left_alone, 0);
+    for (const int threads : {2, 8}) {
+        set_thread_count(threads);
+        const MeshBooleanResult more = mesh_boolean(balls, formula);
+        EXPECT_TRUE(one.mesh.vertices == more.mesh.vertices && one.mesh.faces == more.mesh.faces &&
+                    one.operand == more.operand && one.source_face == more.source_face);
+    }
+    set_thread_count(before);
 }
 
 // What is joined to a face that is cut by its plane comes along, however far away.
