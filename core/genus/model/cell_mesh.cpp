@@ -10,6 +10,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/model/cell_arrangement.h"
+#include "genus/model/form_signs.h"
 
 namespace genus {
 
@@ -206,8 +207,7 @@ private:
         const std::array<Vec3, 4> p = m_.positions(tet);
         bool known = false;
         for (const std::int32_t s : formula.surfaces()) {
-            const Interval range = m_.forms_[s].range(p);
-            signs_[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+            signs_[s] = sign_of(m_.forms_[s].range(p));
             known = known || signs_[s] != 0;
         }
         const auto go_on = [&](const SignFormula& f) {

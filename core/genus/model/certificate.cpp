@@ -8,8 +8,9 @@
 #include "genus/base/halves.h"
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
-#include "genus/mesh/aabb_tree.h"
 #include "genus/model/fans.h"
+#include "genus/model/form_signs.h"
+#include "genus/model/surface_search.h"
 
 namespace genus {
 
@@ -18,17 +19,11 @@ namespace {
 constexpr std::size_t kGroupFaces = 24;
 constexpr int kMaxRounds = 24;
 constexpr double kGrowth = 1.25;
-constexpr double kUpTo = 1.0 - 0x1p-50;         // of the tolerance, rounding allowed for
-constexpr double kSmallFace = 0.25;             // diagonal, of the tolerance
-constexpr int kLarge = 4;                       // beside the bits of the two sides
-constexpr double kSmallBox = 1.0 / 16.0;        // radius, of the tolerance
-constexpr double kSmallestBox = 1.0 / 4096.0;   // radius, of the tolerance
-constexpr double kLargestShare = 0.125;         // radius of a box that may lie in a sandwich
-constexpr double kBeside = 5.0;                 // reach of a direction, of the thickness
-constexpr double kFlatness = 0.1;               // of a sandwich, of the shortest edge
-constexpr double kSmallestShare = 1.0 / 256.0;  // radius of a box that must lie in one
-constexpr std::int64_t kMaxListed = 256;
-constexpr std::int64_t kMaxBoxes = 2'000'000, kMaxBoxesStrict = 400'000;
+constexpr double kUpTo = 1.0 - 0x1p-50;  // of the tolerance, rounding allowed for
+constexpr double kSmallFace = 0.25;      // diagonal, of the tolerance
+constexpr int kLarge = 4;                // beside the bits of the two sides
+constexpr double kBeside = 5.0;          // reach of a direction, of the thickness
+constexpr double kFlatness = 0.1;        // of a sandwich, of the shortest edge
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Faces near each other with the formula cut down to the surfaces that decide near them.
@@ -36,16 +31,6 @@ struct Group {
     std::vector<std::int32_t> faces;
     SignFormula formula;
 };
-
-template <class Simplex>
-void find_signs(const SignFormula& formula, const std::vector<SurfaceForm>& forms,
-                const Simplex& simplex, std::vector<Sign>& signs)
-{
-    for (const std::int32_t s : formula.surfaces()) {
-        const Interval range = forms[s].range(simplex);
-        signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
-    }
-}
 
 // The way from mesh to surface: the meshes M+ and M-.
 class Shell {
@@ -121,7 +106,7 @@ public:
                 continue;
             ++c.n_failed;
             c.failed_faces.push_back(face);
-            if (static_cast<std::int64_t>(c.failed.size()) < kMaxListed)
+            if (static_cast<std::int64_t>(c.failed.size()) < Certificate::kMostListed)
                 c.failed.push_back(face_box(face));
         }
     }
@@ -510,225 +495,6 @@ private:
     std::vector<char> open_;  // bit 0: M+ not shown outside, bit 1: M- not shown inside
 };
 
-// The way from surface to mesh.
-class Search {
-public:
-    /// `open`: boxes of those faces of the outer and inner mesh that no way may come near.
-    /// `strict`: being near the mesh is not enough.
-    Search(const IndexedMesh& mesh, const IndexedMesh& outer, const IndexedMesh& inner,
-           std::span<const Box3> open, const std::vector<SurfaceForm>& forms, double tolerance,
-           bool strict)
-        : mesh_(mesh),
-          outer_(outer),
-          inner_(inner),
-          open_(open),
-          forms_(forms),
-          tolerance_(tolerance),
-          strict_(strict)
-    {
-    }
-
-    void run(const Box3& cube, const SignFormula& formula, Certificate& c)
-    {
-        enough_ = std::min(tolerance_, std::max(c.bound, 0.25 * tolerance_));
-        std::vector<Item> level{{cube, formula}};
-        while (!level.empty() && c.n_failed <= kMaxListed &&
-               c.n_boxes <= (strict_ ? kMaxBoxesStrict : kMaxBoxes)) {
-            c.n_boxes += static_cast<std::int64_t>(level.size());
-            std::vector<Outcome> outcomes(level.size());
-            parallel_for(level.size(), 16, [&](std::size_t begin, std::size_t end) {
-                std::vector<Sign> signs(forms_.size(), Sign{0});
-                for (std::size_t i = begin; i < end; ++i) outcomes[i] = look(level[i], signs);
-            });
-            std::vector<Item> next;
-            for (std::size_t i = 0; i < level.size(); ++i) {
-                nearness_ = std::max(nearness_, outcomes[i].nearness);
-                if (outcomes[i].kind == Outcome::Open) divide(level[i], next);
-                if (outcomes[i].kind != Outcome::Failed) continue;
-                ++c.n_failed;
-                c.failed.push_back(level[i].box);
-            }
-            level.swap(next);
-        }
-        if (!level.empty()) {
-            c.n_failed += static_cast<std::int64_t>(level.size());
-            for (std::size_t i = 0; i < level.size() && i < 64; ++i)
-                c.failed.push_back(level[i].box);
-        }
-        c.bound = std::max(c.bound, nearness_);
-    }
-
-private:
-    struct Item {
-        Box3 box;
-        SignFormula formula;  // good for `wide(box)`
-    };
-    // The box with the surroundings in which ways are sought.
-    Box3 wide(const Box3& box) const
-    {
-        return box.inflated((strict_ ? 8.0 : 2.0) * (box.max[0] - box.min[0]));
-    }
-
-    struct Outcome {
-        enum Kind { Done, Open, Failed } kind = Done;
-        double nearness = 0.0;
-    };
-
-    static void divide(const Item& item, std::vector<Item>& next)
-    {
-        const Vec3 c = item.box.center();
-        for (int k = 0; k < 8; ++k) {
-            Box3 part = item.box;
-            for (std::size_t a = 0; a < 3; ++a)
-                ((k >> a & 1) != 0 ? part.min[a] : part.max[a]) = c[a];
-            next.push_back({part, item.formula});
-        }
-    }
-
-    Outcome look(Item& item, std::vector<Sign>& signs) const
-    {
-        find_signs(item.formula, forms_, item.box, signs);
-        const SignFormula here = item.formula.simplified(signs);
-        if (here.constant() != 0) return {};
-        find_signs(item.formula, forms_, wide(item.box), signs);
-        item.formula = item.formula.simplified(signs);
-        const double radius = 0.5 * item.box.diagonal();
-        const Vec3 c = item.box.center();
-        const Ways ways = find_ways(item, here, signs);
-        // If the ends have the wrong sign, no point of the box is on the surface.
-        if (ways.found && (ways.none || (outer_.winding_number(ways.inside) == 1 &&
-                                         inner_.winding_number(ways.outside) == 0)))
-            return {};
-        if (strict_ && radius <= kLargestShare * tolerance_) {
-            if (between(c, radius)) return {};
-            if (radius <= kSmallestShare * tolerance_) return {Outcome::Failed};
-        } else if (!strict_ && radius <= 0.5 * tolerance_) {
-            // Nearness counts towards the bound, so it should not be had too cheaply.
-            const double d = (mesh_.nearest(c).distance + radius) * (1.0 + 1e-12);
-            if (d <= (radius <= kSmallBox * tolerance_ ? tolerance_ : enough_))
-                return {Outcome::Done, d};
-            if (radius <= kSmallestBox * tolerance_) return {Outcome::Failed};
-        }
-        return {ways.found && far_from_mesh(c, radius) ? Outcome::Failed : Outcome::Open};
-    }
-
-    // All of the ball lies between M- and M+: it meets neither, and its centre does.
-    bool between(const Vec3& c, double radius) const
-    {
-        const double far = radius * (1.0 + 1e-9);
-        return outer_.nearest(c, far).face < 0 && inner_.nearest(c, far).face < 0 &&
-               outer_.winding_number(c) == 1 && inner_.winding_number(c) == 0;
-    }
-
-    bool far_from_mesh(const Vec3& c, double radius) const
-    {
-        const double far = radius + tolerance_;
-        return mesh_.nearest(c, far).face < 0;
-    }
-
-    struct Ways {
-        bool found = false, none = false;
-        Vec3 inside, outside;
-    };
-
-    struct Directed {
-        std::int32_t surface;
-        double sign;
-    };
-    static bool directed(const SignFormula& f, std::vector<Directed>& out)
-    {
-        out.clear();
-        for (std::size_t i = 0; i < f.surfaces().size(); ++i) {
-            const SignFormula::Use use = f.uses()[i];
-            if (use.plain == use.negated) return false;
-            out.push_back({f.surfaces()[i], use.plain ? 1.0 : -1.0});
-        }
-        return true;
-    }
-
-    // Points c - Hd and c + Hd that all points of the box reach on ways along which every surface
-    // that decides there falls, or grows.
-    Ways find_ways(const Item& item, const SignFormula& here, std::vector<Sign>& signs) const
-    {
-        std::vector<Directed> near;
-        if (here.surfaces().size() > 12 || !directed(here, near)) return {};
-        const Vec3 c = item.box.center(), half = 0.5 * item.box.size();
-        const Box3 steps{-half, half};
-        for (int attempt = 0; attempt < 3; ++attempt) {
-            std::vector<Vec3> normals;
-            for (const Directed& s : near)
-                normals.push_back(s.sign * normalized(forms_[s.surface].gradient(c)));
-            const std::vector<double> ones(normals.size(), 1.0);
-            const auto shortest = shortest_direction(normals, ones);
-            if (!shortest || norm(*shortest) > (strict_ ? 8.0 : 2.0)) return {};
-            const Vec3 d = normalized(*shortest);
-            double height = 0.0;
-            for (const Vec3& n : normals) {
-                const double across = std::fabs(n[0]) * half[0] + std::fabs(n[1]) * half[1] +
-                                      std::fabs(n[2]) * half[2];
-                height = std::max(height, across / dot(n, d));
-            }
-            height *= 1.3;
-            const Vec3 up = height * d;
-            Box3 hull = item.box;
-            hull.add(c + up);
-            hull.add(c - up);
-            if (!wide(item.box).contains(hull) || meets_open_face(hull)) return {};
-            find_signs(item.formula, forms_, hull, signs);
-            const SignFormula around = item.formula.simplified(signs);
-            std::vector<Directed> all;
-            if (around.surfaces().size() > 12 || !directed(around, all)) return {};
-            if (all.size() == near.size()) {
-                if (!grows(all, hull, up, steps)) return {};
-                return ends(around, c - up, c + up, signs);
-            }
-            near.swap(all);
-        }
-        return {};
-    }
-
-    bool meets_open_face(const Box3& hull) const
-    {
-        bool any = false;
-        open_.visit_overlapping(hull, [&](std::int32_t) { any = true; });
-        return any;
-    }
-
-    // Every surface grows along up - x for all x of `steps`, everywhere in the hull.
-    bool grows(const std::vector<Directed>& surfaces, const Box3& hull, const Vec3& up,
-               const Box3& steps) const
-    {
-        const Box3 moves{steps.min + up, steps.max + up};
-        const IntervalVec3 m = to_intervals(moves);
-        for (const Directed& s : surfaces) {
-            const IntervalVec3 g = forms_[s.surface].gradient_range(hull);
-            const Interval slope = (g[0] * m[0] + g[1] * m[1] + g[2] * m[2]) * s.sign;
-            if (!(slope.lo > 0.0)) return false;
-        }
-        return true;
-    }
-
-    Ways ends(const SignFormula& f, const Vec3& inside, const Vec3& outside,
-              std::vector<Sign>& signs) const
-    {
-        Ways ways{true, false, inside, outside};
-        const auto sign_at = [&](const Vec3& p) {
-            for (const std::int32_t s : f.surfaces()) signs[s] = forms_[s].sign(p);
-            return f.sign_by_cases(signs);
-        };
-        ways.none = sign_at(inside) > 0 || sign_at(outside) < 0;
-        return ways;
-    }
-
-    MeshTree mesh_, outer_, inner_;
-    BoxTree open_;
-    const std::vector<SurfaceForm>& forms_;
-    double tolerance_;
-    bool strict_;
-    double enough_ = 0.0;
-    double nearness_ = 0.0;
-};
-
 }  // namespace
 
 std::vector<std::pair<std::string, double>> Certificate::parts() const
@@ -750,9 +516,9 @@ Certificate certify(const SurfaceMesh& mesh, const SignFormula& formula,
     shell.report(c, sandwich != nullptr);
     if (c.n_failed > 0) return c;
     IndexedMesh outer = shell.moved(0), inner = shell.moved(1);
-    Search search(mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance,
-                  sandwich != nullptr);
-    search.run(cube, formula, c);
+    find_surface_near(
+        {mesh.mesh, outer, inner, shell.open_boxes(), forms, tolerance, sandwich != nullptr}, cube,
+        formula, c);
     if (sandwich) {
         sandwich->outer = std::move(outer);
         sandwich->inner = std::move(inner);

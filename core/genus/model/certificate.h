@@ -21,6 +21,7 @@ struct Certificate {
     double faces = 0.0, creases = 0.0, rounding = 0.0;
     /// Where the proof did not succeed, with the number of places that had to be left out of the
     /// list because it is long enough.
+    static constexpr std::int64_t kMostListed = 256;
     std::vector<Box3> failed;
     std::int64_t n_failed = 0;
     /// Faces that are not shown to be near the surface, or whose share of the bound is more than

@@ -8,6 +8,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
+#include "genus/model/form_signs.h"
 
 namespace genus {
 
@@ -191,10 +192,7 @@ private:
                                               std::vector<Sign>& signs) const
     {
         const Box3 box = Box3{x, x}.inflated(far);
-        for (const std::int32_t s : formula_.surfaces()) {
-            const Interval range = forms_[s].range(box);
-            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
-        }
+        find_signs(formula_, forms_, box, signs);
         return formula_.simplified(signs).surfaces();
     }
 

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "genus/base/parallel.h"
+#include "genus/model/form_signs.h"
 
 namespace genus {
 
@@ -44,10 +45,7 @@ public:
 
     bool left_once(const Prism& prism, const SignFormula& formula, int depth)
     {
-        for (const std::int32_t s : formula.surfaces()) {
-            const Interval range = forms_[s].range(std::span<const Vec3>(prism.corners));
-            signs_[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
-        }
+        find_signs(formula, forms_, std::span<const Vec3>(prism.corners), signs_);
         const SignFormula here = formula.simplified(signs_);
         if (here.constant() == 0 && all_grow(prism, here)) return true;
         if (const double length = longest_fibre(prism); length <= short_enough_) {

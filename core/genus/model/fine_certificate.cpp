@@ -13,6 +13,7 @@
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/disjoint_sets.h"
+#include "genus/model/form_signs.h"
 #include "genus/model/two_lanes.h"
 
 namespace genus {
@@ -226,10 +227,7 @@ private:
                            std::vector<Sign>& signs) const
     {
         if (formula.constant() != 0) return formula;
-        for (const std::int32_t s : formula.surfaces()) {
-            const Interval range = forms_[s].range(box);
-            signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
-        }
+        find_signs(formula, forms_, box, signs);
         return formula.simplified(signs);
     }
 
@@ -309,8 +307,7 @@ private:
             if (std::max({values[0], values[1], values[2]}) + between.hi < -2.0 * form.slack())
                 return -1;
         }
-        const Interval range = form.range(p, values);
-        return range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
+        return genus::sign_of(form.range(p, values));
     }
 
     const FineMesh& fine_;

@@ -9,6 +9,7 @@
 #include "genus/base/parallel.h"
 #include "genus/base/progress.h"
 #include "genus/mesh/aabb_tree.h"
+#include "genus/model/form_signs.h"
 
 namespace genus {
 
@@ -88,10 +89,7 @@ private:
             std::vector<Sign> signs(forms_.size(), Sign{0});
             for (std::size_t i = begin; i < end; ++i) {
                 Open& o = open[i];
-                for (const std::int32_t s : o.formula->surfaces()) {
-                    const Interval range = forms_[s].range(o.box);
-                    signs[s] = range.lo > 0.0 ? Sign{1} : range.hi < 0.0 ? Sign{-1} : Sign{0};
-                }
+                find_signs(*o.formula, forms_, o.box, signs);
                 SignFormula here = o.formula->simplified(signs);
                 for (const std::int32_t s : o.formula->surfaces()) signs[s] = 0;
                 if (here.constant() != 0) continue;  // no surface: `farthest` stays zero
