@@ -380,7 +380,7 @@ double operate(Operation operation, double a, double b, double number)
         case Operation::RealPower:
             return real_power(a, b);
         case Operation::Atan2:
-            return std::atan2(a, b);
+            return std::atan2(a + 0.0, b + 0.0);  // zero has no sign
         case Operation::Min:
             return smaller(a, b);
         case Operation::Max:
