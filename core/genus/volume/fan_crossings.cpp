@@ -30,8 +30,16 @@ class CellMarks {
 public:
     explicit CellMarks(std::size_t n) : bits_(std::bit_ceil(std::max<std::size_t>(n / 2, 1))) {}
 
-    void mark(const Cell& cell) { bits_[word(cell)] |= bit(cell); }
-    bool has(const Cell& cell) const { return (bits_[word(cell)] & bit(cell)) != 0; }
+    void mark(const Cell& cell)
+    {
+        const std::uint64_t h = hash(cell);
+        bits_[h & (bits_.size() - 1)] |= bit(h);
+    }
+    bool has(const Cell& cell) const
+    {
+        const std::uint64_t h = hash(cell);
+        return (bits_[h & (bits_.size() - 1)] & bit(h)) != 0;
+    }
 
 private:
     static std::uint64_t hash(const Cell& cell)
@@ -41,8 +49,7 @@ private:
             h = (h ^ static_cast<std::uint64_t>(i)) * 0x9e3779b97f4a7c15ull;
         return h ^ h >> 29;
     }
-    std::size_t word(const Cell& cell) const { return hash(cell) & (bits_.size() - 1); }
-    static std::uint64_t bit(const Cell& cell) { return std::uint64_t{1} << (hash(cell) >> 58); }
+    static std::uint64_t bit(std::uint64_t h) { return std::uint64_t{1} << (h >> 58); }
 
     std::vector<std::uint64_t> bits_;
 };
