@@ -34,6 +34,12 @@ struct Feature {
     bool is_doubtful;
 };
 
+// How the surface lies at a vertex on a grid edge.
+struct Slope {
+    Vec3 normal;
+    bool on_border;
+};
+
 // What a cell may do with its feature: it takes the next step where faces cross.
 enum class Step : std::uint8_t { Near, Inside, None };
 
@@ -64,7 +70,7 @@ public:
     {
         cross_edges();
         do {
-            mesh_.vertices.resize(elements_.size());
+            mesh_.vertices.resize(slopes_.size());
             mesh_.faces.clear();
             make_faces();
         } while (step_back());
@@ -109,6 +115,8 @@ private:
     void cross_edges();
     TangentElement tangent_element(int axis, const GridIndex& at) const;
     void fill_cell(const CrossedCell& cell, Part& part) const;
+    bool is_sharp(std::span<const std::int32_t> rim) const;
+    Vec3 feature_of(std::span<const std::int32_t> rim, const Box3& box, Step step) const;
     bool is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const;
     void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
                  Part& part) const;
@@ -119,7 +127,7 @@ private:
     const FieldSamples& samples_;
     const FeatureOptions& features_;
     CrossedCells<TiledBits> cells_;
-    std::vector<TangentElement> elements_;          // of the vertices on grid edges
+    std::vector<Slope> slopes_;                     // of the vertices on grid edges
     std::unordered_map<std::int64_t, Step> steps_;  // of cells that took one
     std::vector<Feature> features_of_cells_;
     std::vector<Fan> fans_;
@@ -128,15 +136,16 @@ private:
 
 void Extractor::cross_edges()
 {
-    elements_.resize(cells_.n_vertices());
+    slopes_.resize(cells_.n_vertices());
+    mesh_.vertices.resize(slopes_.size());
     parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
         for (std::size_t slot = begin; slot < end; ++slot)
             cells_.visit_edges(slot, [&](std::int64_t vertex, int axis, int i, int j, int k) {
-                elements_[vertex] = tangent_element(axis, {i, j, k});
+                const TangentElement e = tangent_element(axis, {i, j, k});
+                mesh_.vertices[vertex] = e.point;
+                slopes_[vertex] = {e.normal, e.on_border};
             });
     });
-    mesh_.vertices.reserve(elements_.size());
-    for (const TangentElement& e : elements_) mesh_.vertices.push_back(e.point);
 }
 
 TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
@@ -158,34 +167,47 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
     const Step step = steps_.empty() ? Step::Near : step_of(number(cell));
     for (const CubeCase::Loop& loop : found_case.loops) {
         std::array<std::int32_t, 12> vertices;
-        std::array<TangentElement, 12> found;
         const std::size_t n = loop.edges.size();
-        for (std::size_t i = 0; i < n; ++i) {
-            vertices[i] = cell.vertex[loop.edges[i]];
-            found[i] = elements_[vertices[i]];
-        }
-        const std::span rim = std::span(vertices).first(n);
-        const std::span elements = std::span(found).first(n);
-        const Box3 box{samples_.point(cell.i, cell.j, cell.k),
-                       samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
-        std::optional<Vec3> feature;
-        if (step != Step::None)
-            feature = feature_vertex(samples_.field(), samples_.level(), elements, box, features_,
-                                     step == Step::Near ? FeatureRoom::Near : FeatureRoom::Inside);
-        if (feature) {
+        for (std::size_t i = 0; i < n; ++i) vertices[i] = cell.vertex[loop.edges[i]];
+        const std::span<const std::int32_t> rim = std::span(vertices).first(n);
+        if (step != Step::None && is_sharp(rim)) {
+            const Box3 box{samples_.point(cell.i, cell.j, cell.k),
+                           samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
+            const Vec3 feature = feature_of(rim, box, step);
             const bool shares = found_case.loops.size() > 1 || kAmbiguousFaces[cell.cube] != 0;
             part.features.push_back({number(cell), static_cast<std::int32_t>(part.inner.size()),
-                                     shares || !is_within(*feature, cell, box)});
-            add_fan(rim, *feature, true, part);
+                                     shares || !is_within(feature, cell, box)});
+            add_fan(rim, feature, true, part);
         } else if (loop.triangles.empty()) {
             Vec3 sum;
-            for (const TangentElement& e : elements) sum += e.point;
+            for (const std::int32_t v : rim) sum += mesh_.vertices[v];
             add_fan(rim, sum / static_cast<double>(rim.size()), false, part);
         } else {
             for (const auto& t : loop.triangles)
                 part.faces.push_back({rim[t[0]], rim[t[1]], rim[t[2]]});
         }
     }
+}
+
+// Has a loop a feature? The first question of feature_vertex, asked for every cell.
+bool Extractor::is_sharp(std::span<const std::int32_t> rim) const
+{
+    for (std::size_t i = 1; i < rim.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (feature_between(rim[i], rim[j])) return true;
+    return false;
+}
+
+Vec3 Extractor::feature_of(std::span<const std::int32_t> rim, const Box3& box, Step step) const
+{
+    std::array<TangentElement, 12> found;
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+        const Slope& slope = slopes_[rim[i]];
+        found[i] = {mesh_.vertices[rim[i]], slope.normal, slope.on_border};
+    }
+    return *feature_vertex(samples_.field(), samples_.level(), std::span(found).first(rim.size()),
+                           box, features_,
+                           step == Step::Near ? FeatureRoom::Near : FeatureRoom::Inside);
 }
 
 // Strictly, and the cell is one of the grid: those of the layer round it have their rims in one
@@ -213,6 +235,13 @@ void Extractor::add_fan(std::span<const std::int32_t> rim, const Vec3& apex, boo
 
 void Extractor::join(std::vector<Part>& parts)
 {
+    std::size_t n_vertices = mesh_.vertices.size(), n_faces = 0;
+    for (const Part& part : parts) {
+        n_vertices += part.inner.size();
+        n_faces += part.faces.size();
+    }
+    mesh_.vertices.reserve(n_vertices);
+    mesh_.faces.reserve(n_faces);
     for (Part& part : parts) {
         const auto first_inner = static_cast<std::int32_t>(mesh_.vertices.size());
         const auto first_face = static_cast<std::int64_t>(mesh_.faces.size());
@@ -221,6 +250,8 @@ void Extractor::join(std::vector<Part>& parts)
             if (face[2] < 0) face[2] = first_inner - 1 - face[2];
             mesh_.faces.push_back(face);
         }
+        part.inner = {};
+        part.faces = {};
         for (Fan& fan : part.fans) fan.face += first_face;
         for (Feature& feature : part.features) feature.vertex += first_inner;
     }
@@ -231,13 +262,16 @@ void Extractor::join(std::vector<Part>& parts)
 // there is nothing to be done.
 bool Extractor::step_back()
 {
-    std::vector<std::int32_t> feature_at(mesh_.n_vertices() - elements_.size(), -1);
+    if (std::none_of(features_of_cells_.begin(), features_of_cells_.end(),
+                     [](const Feature& f) { return f.is_doubtful; }))
+        return false;
+    std::vector<std::int32_t> feature_at(mesh_.n_vertices() - slopes_.size(), -1);
     for (std::size_t n = 0; n < features_of_cells_.size(); ++n)
-        feature_at[features_of_cells_[n].vertex - elements_.size()] = static_cast<std::int32_t>(n);
+        feature_at[features_of_cells_[n].vertex - slopes_.size()] = static_cast<std::int32_t>(n);
     const auto visit_features = [&](std::int64_t face, const auto& visit) {
         for (const std::int32_t v : mesh_.faces[face]) {
-            if (v < static_cast<std::int32_t>(elements_.size())) continue;
-            const std::int32_t n = feature_at[v - elements_.size()];
+            if (v < static_cast<std::int32_t>(slopes_.size())) continue;
+            const std::int32_t n = feature_at[v - slopes_.size()];
             if (n >= 0) visit(features_of_cells_[n]);
         }
     };
@@ -266,7 +300,7 @@ bool Extractor::step_back()
 // Does the sharp edge pass between two neighbouring crossings?
 bool Extractor::feature_between(std::int32_t a, std::int32_t b) const
 {
-    return dot(elements_[a].normal, elements_[b].normal) < features_.theta_sharp;
+    return dot(slopes_[a].normal, slopes_[b].normal) < features_.theta_sharp;
 }
 
 // Two fans over one rim edge: join their apexes instead, unless they are joined already.

@@ -8,7 +8,8 @@
 
 #include "genus/base/box.h"
 #include "genus/base/parallel.h"
-#include "genus/mesh/validate.h"
+#include "genus/mesh/aabb_tree.h"
+#include "genus/mesh/triangle_intersection.h"
 
 namespace genus {
 
@@ -62,18 +63,28 @@ public:
     {
     }
 
-    std::vector<std::pair<std::int32_t, std::int32_t>> run() const
+    using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
+
+    Pairs run() const
     {
-        const std::vector<std::int32_t>& own = doubtful_;
-        CellMarks marks(8 * own.size());
-        for (const std::int32_t f : own) mark_cells(mesh_.faces[f], marks);
-        std::vector<std::pair<std::int32_t, std::int32_t>> found;
-        for (const std::int32_t f : own)
-            if (is_line(mesh_.faces[f])) found.emplace_back(f, f);
+        CellMarks marks(8 * doubtful_.size());
+        std::vector<Box3> boxes;
+        Pairs found;
+        for (const std::int32_t f : doubtful_) {
+            mark_cells(mesh_.faces[f], marks);
+            boxes.push_back(box_of(f));
+            if (has_no_area(points_of(f))) found.emplace_back(f, f);
+        }
+        const BoxTree tree(boxes);
         const std::vector<std::int32_t> near = faces_in(marks);
-        for (const auto& [a, b] : self_intersections(part_of(near)).pairs)
-            found.emplace_back(near[a], near[b]);
+        constexpr std::size_t kFew = 512;
+        std::vector<Pairs> parts(near.size() / kFew + 1);
+        parallel_for(near.size(), kFew, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n) add_crossings(near[n], tree, parts[n / kFew]);
+        });
+        for (const Pairs& part : parts) found.insert(found.end(), part.begin(), part.end());
         std::sort(found.begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
         return found;
     }
 
@@ -82,9 +93,25 @@ private:
     static constexpr std::size_t kGrain = 1 << 14;
 
     const Vec3& at(std::int32_t v) const { return mesh_.vertices[v]; }
-    bool is_line(const Triangle& t) const
+    TrianglePoints points_of(std::int32_t f) const
     {
-        return cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])) == Vec3{};
+        const Triangle& t = mesh_.faces[f];
+        return {at(t[0]), at(t[1]), at(t[2])};
+    }
+    Box3 box_of(std::int32_t f) const
+    {
+        Box3 box;
+        for (const std::int32_t v : mesh_.faces[f]) box.add(at(v));
+        return box;
+    }
+    void add_crossings(std::int32_t f, const BoxTree& tree, Pairs& found) const
+    {
+        const TrianglePoints points = points_of(f);
+        tree.visit_overlapping(box_of(f), [&](std::int32_t n) {
+            const std::int32_t g = doubtful_[n];
+            if (f != g && triangle_contact(points, points_of(g)) == TriangleContact::Crossing)
+                found.emplace_back(std::min(f, g), std::max(f, g));
+        });
     }
     void mark_cells(const Triangle& t, CellMarks& marks) const
     {
@@ -114,24 +141,6 @@ private:
         faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
         return faces;
     }
-    IndexedMesh part_of(const std::vector<std::int32_t>& faces) const
-    {
-        IndexedMesh part;
-        std::vector<std::int32_t> number(mesh_.n_vertices(), -1);
-        for (const std::int32_t f : faces) {
-            Triangle t = mesh_.faces[f];
-            for (std::int32_t& v : t) {
-                if (number[v] < 0) {
-                    number[v] = static_cast<std::int32_t>(part.vertices.size());
-                    part.vertices.push_back(at(v));
-                }
-                v = number[v];
-            }
-            part.faces.push_back(t);
-        }
-        return part;
-    }
-
     const IndexedMesh& mesh_;
     const std::vector<std::int32_t>& doubtful_;
     const GridFrame& frame_;

@@ -9,11 +9,11 @@
 
 namespace genus {
 
-/// Pairs of faces that meet elsewhere than in common corners or a common side, and faces on one
-/// line, named twice: among the faces `doubtful` and those in the cells that these reach. Other
-/// faces lie in one cell each. Ascending.
+/// Pairs of a face of `doubtful` and another that meet elsewhere than in common corners or a common
+/// side, and faces of `doubtful` on one line, named twice. Faces that are not in doubt lie in one
+/// cell each: those in the cells that doubtful ones reach are looked at. Ascending.
 ///
-/// Exact, as self_intersections. O(faces), plus the search among those in such cells.
+/// Exact, see triangle_contact. O(faces), plus the search among those in such cells.
 std::vector<std::pair<std::int32_t, std::int32_t>> fan_crossings(
     const IndexedMesh& mesh, const std::vector<std::int32_t>& doubtful, const GridFrame& frame);
 

@@ -55,14 +55,16 @@ enum class Feature { None, Edge, Corner };
 Feature feature_kind(std::span<const TangentElement> elements, const FeatureOptions& options)
 {
     double least = 1.0;
-    Vec3 axis;
+    std::pair<std::size_t, std::size_t> apart{0, 0};
     for (std::size_t i = 0; i < elements.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (const double c = dot(elements[i].normal, elements[j].normal); c < least) {
                 least = c;
-                axis = normalized(cross(elements[i].normal, elements[j].normal));
+                apart = {i, j};
             }
     if (least >= options.theta_sharp) return Feature::None;
+    const Vec3 axis =
+        normalized(cross(elements[apart.first].normal, elements[apart.second].normal));
     double lean = 0.0;
     for (const TangentElement& e : elements) lean = std::max(lean, std::fabs(dot(e.normal, axis)));
     return lean > options.phi_corner ? Feature::Corner : Feature::Edge;
