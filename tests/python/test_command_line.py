@@ -208,8 +208,6 @@ def test_an_interrupted_build_stops_soon_and_leaves_no_file(tmp_path, sent):
         [sys.executable, "-m", "genus", "build", "long.scad", "-o", "long.stl",
          "--tolerance", "1e-6"],
         cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        # Programs started in the background of a shell may have been told to ignore interrupts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     try:
         time.sleep(1.5)
