@@ -7,6 +7,7 @@
 
 #include "genus/base/error.h"
 #include "genus/implicit/operations.h"
+#include "genus/implicit/visit_nodes.h"
 
 namespace genus {
 
@@ -17,6 +18,26 @@ using NodePtr = std::shared_ptr<const Expression::Node>;
 bool is_number(const Expression& e, double value)
 {
     return e.number() && *e.number() == value;
+}
+
+// The operand that is the outcome, whatever it is; null if there is none.
+const Expression* one_that_is_all(Operation operation, const Expression& a, const Expression& b)
+{
+    switch (operation) {
+        case Operation::Add:
+            return is_number(a, 0.0) ? &b : is_number(b, 0.0) ? &a : nullptr;
+        case Operation::Subtract:
+            return is_number(b, 0.0) ? &a : nullptr;
+        case Operation::Multiply:
+            return is_number(a, 1.0) ? &b : is_number(b, 1.0) ? &a : nullptr;
+        case Operation::Divide:
+            return is_number(b, 1.0) ? &a : nullptr;
+        case Operation::Min:
+        case Operation::Max:
+            return &a.node() == &b.node() ? &a : nullptr;
+        default:
+            return nullptr;
+    }
 }
 
 // Whole exponents up to this are powers by multiplication.
@@ -77,6 +98,9 @@ Expression Expression::apply(Operation operation, const Expression& a, const Exp
 {
     const double *m = a.number(), *n = b.number();
     if (m && n) return operate(operation, *m, *n, 0.0);
+    if (const Expression* same = one_that_is_all(operation, a, b)) return *same;
+    if (operation == Operation::Multiply && &a.node() == &b.node())
+        return apply(Operation::Square, a);
     if (operation == Operation::RealPower && n) {
         if (*n == 1.0) return a;
         if (*n == 2.0) return apply(Operation::Square, a);
@@ -101,28 +125,21 @@ Expression operator-(const Expression& a)
 
 Expression operator+(const Expression& a, const Expression& b)
 {
-    if (is_number(a, 0.0)) return b;
-    if (is_number(b, 0.0)) return a;
     return Expression::apply(Operation::Add, a, b);
 }
 
 Expression operator-(const Expression& a, const Expression& b)
 {
-    if (is_number(b, 0.0)) return a;
     return Expression::apply(Operation::Subtract, a, b);
 }
 
 Expression operator*(const Expression& a, const Expression& b)
 {
-    if (is_number(a, 1.0)) return b;
-    if (is_number(b, 1.0)) return a;
-    if (&a.node() == &b.node()) return Expression::apply(Operation::Square, a);
     return Expression::apply(Operation::Multiply, a, b);
 }
 
 Expression operator/(const Expression& a, const Expression& b)
 {
-    if (is_number(b, 1.0)) return a;
     return Expression::apply(Operation::Divide, a, b);
 }
 
@@ -133,13 +150,11 @@ Expression pow(const Expression& a, const Expression& b)
 
 Expression min(const Expression& a, const Expression& b)
 {
-    if (&a.node() == &b.node()) return a;
     return Expression::apply(Operation::Min, a, b);
 }
 
 Expression max(const Expression& a, const Expression& b)
 {
-    if (&a.node() == &b.node()) return a;
     return Expression::apply(Operation::Max, a, b);
 }
 
@@ -183,40 +198,30 @@ Expression repeat(const Expression& a, const Expression& period)
 Expression substituted(const Expression& expression, const std::array<Expression, 3>& xyz)
 {
     std::unordered_map<const Expression::Node*, Expression> done;
-    std::vector<const Expression::Node*> stack{&expression.node()};
-    while (!stack.empty()) {
-        const Expression::Node* node = stack.back();
-        bool ready = true;
-        for (const NodePtr& operand : node->operands)
-            if (operand && !done.contains(operand.get())) {
-                stack.push_back(operand.get());
-                ready = false;
-            }
-        if (!ready) continue;
-        stack.pop_back();
-        const auto operand = [&](std::size_t i) { return done.at(node->operands[i].get()); };
-        switch (node->operation) {
+    visit_nodes(expression, [&](const Expression::Node& node) {
+        const auto operand = [&](std::size_t i) { return done.at(node.operands[i].get()); };
+        switch (node.operation) {
             case Operation::Number:
-                done.emplace(node, node->number);
+                done.emplace(&node, node.number);
                 break;
             case Operation::X:
-                done.emplace(node, xyz[0]);
+                done.emplace(&node, xyz[0]);
                 break;
             case Operation::Y:
-                done.emplace(node, xyz[1]);
+                done.emplace(&node, xyz[1]);
                 break;
             case Operation::Z:
-                done.emplace(node, xyz[2]);
+                done.emplace(&node, xyz[2]);
                 break;
             case Operation::Power:
-                done.emplace(node, pow(operand(0), node->number));
+                done.emplace(&node, pow(operand(0), node.number));
                 break;
             default:
-                done.emplace(node, node->operands[1]
-                                       ? Expression::apply(node->operation, operand(0), operand(1))
-                                       : Expression::apply(node->operation, operand(0)));
+                done.emplace(&node, node.operands[1]
+                                        ? Expression::apply(node.operation, operand(0), operand(1))
+                                        : Expression::apply(node.operation, operand(0)));
         }
-    }
+    });
     return done.at(&expression.node());
 }
 

@@ -3,7 +3,8 @@
 #include <array>
 #include <cmath>
 #include <unordered_map>
-#include <vector>
+
+#include "genus/implicit/visit_nodes.h"
 
 namespace genus {
 
@@ -63,22 +64,12 @@ std::optional<Affine> affine(const Node& n, const std::optional<Affine>& a,
 std::optional<Quadric> half_space_of(const Expression& expression)
 {
     std::unordered_map<const Node*, std::optional<Affine>> done;
-    std::vector<const Node*> stack{&expression.node()};
-    while (!stack.empty()) {
-        const Node* node = stack.back();
-        bool ready = true;
-        for (const auto& operand : node->operands)
-            if (operand && !done.contains(operand.get())) {
-                stack.push_back(operand.get());
-                ready = false;
-            }
-        if (!ready) continue;
-        stack.pop_back();
+    visit_nodes(expression, [&](const Node& node) {
         const auto of = [&](std::size_t i) {
-            return node->operands[i] ? done.at(node->operands[i].get()) : std::nullopt;
+            return node.operands[i] ? done.at(node.operands[i].get()) : std::nullopt;
         };
-        done.emplace(node, affine(*node, of(0), of(1)));
-    }
+        done.emplace(&node, affine(node, of(0), of(1)));
+    });
     const std::optional<Affine>& a = done.at(&expression.node());
     if (!a || is_constant(*a)) return std::nullopt;
     for (const double c : *a)

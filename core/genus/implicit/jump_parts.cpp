@@ -12,6 +12,7 @@
 
 #include "genus/base/halves.h"
 #include "genus/implicit/function.h"
+#include "genus/implicit/visit_nodes.h"
 
 namespace genus {
 
@@ -41,25 +42,6 @@ bool may_jump(Operation o)
             return true;
         default:
             return is_step(o);
-    }
-}
-
-// Calls visit(node) for each node once, operands first.
-template <typename Visit>
-void visit_nodes(const Expression& expression, const Visit& visit)
-{
-    std::unordered_map<const Node*, bool> seen;
-    std::vector<const Node*> stack{&expression.node()};
-    while (!stack.empty()) {
-        const Node* node = stack.back();
-        const auto [at, is_new] = seen.emplace(node, false);
-        if (is_new) {
-            for (const NodePtr& operand : node->operands)
-                if (operand && !seen.contains(operand.get())) stack.push_back(operand.get());
-            continue;
-        }
-        stack.pop_back();
-        if (!std::exchange(at->second, true)) visit(*node);
     }
 }
 
@@ -114,22 +96,7 @@ private:
     Expression binary(Operation o, const Expression& a, const Expression& b) const
     {
         if (o == Operation::Multiply && (is_nothing(a, b) || is_nothing(b, a))) return 0.0;
-        switch (o) {
-            case Operation::Add:
-                return a + b;
-            case Operation::Subtract:
-                return a - b;
-            case Operation::Multiply:
-                return a * b;
-            case Operation::Divide:
-                return a / b;
-            case Operation::Min:
-                return min(a, b);
-            case Operation::Max:
-                return max(a, b);
-            default:
-                return Expression::apply(o, a, b);
-        }
+        return Expression::apply(o, a, b);
     }
     Expression one_of(const Expression& e)
     {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "genus/implicit/function.h"
+#include "genus/implicit/visit_nodes.h"
 
 namespace genus {
 
@@ -25,25 +26,13 @@ class Creases {
 public:
     explicit Creases(const Expression& expression)
     {
-        std::vector<const Expression::Node*> stack{&expression.node()};
-        while (!stack.empty()) {
-            const Expression::Node* node = stack.back();
-            bool ready = true, any = false;
-            for (const auto& operand : node->operands) {
-                if (!operand) continue;
-                const auto found = known_.find(operand.get());
-                if (found == known_.end()) {
-                    stack.push_back(operand.get());
-                    ready = false;
-                } else {
-                    any = any || found->second;
-                }
-            }
-            if (!ready) continue;
-            stack.pop_back();
-            const Operation o = node->operation;
-            known_[node] = any || o == Operation::Min || o == Operation::Max || o == Operation::Abs;
-        }
+        visit_nodes(expression, [&](const Expression::Node& node) {
+            const Operation o = node.operation;
+            bool any = o == Operation::Min || o == Operation::Max || o == Operation::Abs;
+            for (const auto& operand : node.operands)
+                any = any || (operand && known_.at(operand.get()));
+            known_[&node] = any;
+        });
     }
     bool below(const Expression& e) const { return known_.at(&e.node()); }
 
