@@ -6,11 +6,6 @@ namespace {
 
 using Index = std::int32_t;
 
-Index prev_in_face(Index h)
-{
-    return h % 3 == 0 ? h + 2 : h - 1;
-}
-
 }  // namespace
 
 void Beyond::add_hits(const Ray& ray, std::vector<std::pair<Index, Index>>& hits)

@@ -58,7 +58,6 @@ private:
     Index n_faces() const { return static_cast<Index>(soup_.faces.size()); }
     Index from(Index h) const { return soup_.faces[h / 3][h % 3]; }
     Index to(Index h) const { return soup_.faces[h / 3][next(h % 3)]; }
-    static Index next_in_face(Index h) { return 3 * (h / 3) + next(h % 3); }
 
     void number_operands()
     {

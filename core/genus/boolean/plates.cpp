@@ -14,24 +14,9 @@ using Index = std::int32_t;
 // Height above a plane, as a share of the lengths in question, at which rounding cannot hide it.
 constexpr double kSurelyOff = 1e-10;
 
-int next(int i)
-{
-    return i == 2 ? 0 : i + 1;
-}
-
 const Vec3& start_of(const Soup& soup, Index h)
 {
     return soup.points[soup.faces[h / 3][h % 3]];
-}
-
-Index next_in_face(Index h)
-{
-    return 3 * (h / 3) + next(h % 3);
-}
-
-Index prev_in_face(Index h)
-{
-    return next_in_face(next_in_face(h));
 }
 
 double sum_of_sizes(const Vec3& v)

@@ -42,6 +42,16 @@ struct Soup {
     }
 };
 
+inline std::int32_t next_in_face(std::int32_t h)
+{
+    return h % 3 == 2 ? h - 2 : h + 1;
+}
+
+inline std::int32_t prev_in_face(std::int32_t h)
+{
+    return h % 3 == 0 ? h + 2 : h - 1;
+}
+
 inline Plane plane_of(const Soup& soup, std::int32_t f)
 {
     const Triangle& t = soup.faces[f];
