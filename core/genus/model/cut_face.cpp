@@ -32,6 +32,20 @@ double squared(const Vec3& v)
     return dot(v, v);
 }
 
+// Where lines through two points meet a quadratic surface, nearest to these, as one by one. Nothing
+// where one does not, or its point is not yet there but for rounding.
+std::optional<TwoVec> meeting_points(const SurfaceForm& form, const TwoVec& p, const TwoVec& way)
+{
+    const Two f = form.value(p), g = dot(form.gradient(p), way), h = form.bend(way);
+    const Two discriminant = g * g - 4.0 * f * h;
+    if (!(discriminant[0] >= 0.0 && discriminant[1] >= 0.0)) return std::nullopt;
+    const TwoVec at = p + -2.0 * f / (g + with_sign(root(discriminant), g)) * way;
+    const Two left = form.value(at);
+    const double most = 0.0625 * form.slack();
+    if (!(std::fabs(left[0]) <= most && std::fabs(left[1]) <= most)) return std::nullopt;
+    return at;
+}
+
 }  // namespace
 
 ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
@@ -223,8 +237,8 @@ void CutFace::fill_thin(const std::array<Side, 3>& sides, std::size_t most)
     pool_.resize(begin);
 }
 
-// Numbers in pool_ of the inner points of a lattice: those with distance r > 0 of n from side 0 in
-// rows, from side 2 to side 1.
+// Numbers of the inner points of a lattice: those with distance r > 0 of n from side 0 in rows,
+// from side 2 to side 1.
 struct CutFace::Lattice {
     std::int32_t begin, n;
     std::int32_t at(std::int32_t r, std::int32_t q) const  // q: distance from side 2
@@ -235,38 +249,123 @@ struct CutFace::Lattice {
 
 bool CutFace::fill_lattice(const std::array<Side, 3>& sides, std::int32_t n)
 {
-    const std::size_t mark = pool_.size();
-    const Lattice lattice{static_cast<std::int32_t>(mark), n};
-    std::array<FinePoint, 3> corner;
-    for (std::size_t i = 0; i < 3; ++i) corner[i] = points_[sides[i].at(pool_, 0)];
-    for (std::int32_t r = 1; r < n - 1; ++r)
+    const Lattice lattice{static_cast<std::int32_t>(points_.size()), n};
+    if (!place_lattice(sides, n)) return false;
+    if (form_->is_quadratic())
+        add_in_pairs(lattice);
+    else
+        add_one_by_one(lattice);
+    fill_rim(sides, lattice);
+    return true;
+}
+
+// What is affine on a face, from its values at the corners.
+struct OnFace {
+    Vec3 at, along_u, along_v;
+
+    OnFace(const Vec3& a, const Vec3& b, const Vec3& c) : at(a), along_u(b - a), along_v(c - a) {}
+    Vec3 operator()(double u, double v) const { return at + u * along_u + v * along_v; }
+};
+
+bool CutFace::place_lattice(const std::array<Side, 3>& sides, std::int32_t n)
+{
+    const FinePoint &a = points_[sides[0].at(pool_, 0)], &b = points_[sides[1].at(pool_, 0)],
+                    &c = points_[sides[2].at(pool_, 0)];
+    const OnFace flat(a.at, b.at, c.at), direction(a.direction, b.direction, c.direction),
+        below(a.shell[0], b.shell[0], c.shell[0]), above(a.shell[1], b.shell[1], c.shell[1]);
+    slopes_.clear();
+    for (std::int32_t r = 1; r < n - 1; ++r) {
+        const double v = static_cast<double>(r) / n;
+        const auto start = [&](double u) { return flat(u, v) + swept(sides, u, v); };
+        const auto shell = [&](double u) { return ShellPoints{below(u, v), above(u, v)}; };
         for (std::int32_t q = 1; q < n - r; ++q) {
-            const double u = static_cast<double>(q) / n, v = static_cast<double>(r) / n;
-            const auto mean = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
-                return a + u * (b - a) + v * (c - a);
-            };
-            const Vec3 start = mean(corner[0].at, corner[1].at, corner[2].at) + swept(sides, u, v);
-            const auto p = on_surface(
-                start, mean(corner[0].direction, corner[1].direction, corner[2].direction),
-                {mean(corner[0].shell[0], corner[1].shell[0], corner[2].shell[0]),
-                 mean(corner[0].shell[1], corner[1].shell[1], corner[2].shell[1])});
+            const double u = static_cast<double>(q) / n, next = static_cast<double>(q + 1) / n;
+            if (q + 1 < n - r && form_->is_quadratic()) {
+                const TwoVec ways(direction(u, v), direction(next, v));
+                if (const auto p = meeting_points(*form_, {start(u), start(next)}, ways)) {
+                    add_points(*p, {shell(u), shell(next)});
+                    ++q;
+                    continue;
+                }
+            }
+            const auto p = on_surface(start(u), direction(u, v), shell(u));
             if (!p) return false;
-            pool_.push_back(*p);
+            slopes_.push_back(norm(form_->gradient(points_.back().at)));
         }
-    const auto point = [&](std::int32_t r, std::int32_t q) { return pool_[lattice.at(r, q)]; };
-    for (std::int32_t r = 1; r < n - 2; ++r)
-        for (std::int32_t q = 1; q < n - r - 1; ++q) {
-            add({point(r, q), point(r, q + 1), point(r + 1, q)});
-            if (q < n - r - 2) add({point(r, q + 1), point(r + 1, q + 1), point(r + 1, q)});
+    }
+    return true;
+}
+
+void CutFace::add_points(const TwoVec& p, const std::array<ShellPoints, 2>& shell)
+{
+    const TwoVec g = form_->gradient(p);
+    const Two slope = root(dot(g, g));
+    const TwoVec direction = sign_ / slope * g;
+    for (const std::size_t i : {0u, 1u}) {
+        points_.push_back({p[i], direction[i], shell[i], 1.0});
+        slopes_.push_back(slope[i]);
+    }
+}
+
+void CutFace::add_one_by_one(const Lattice& l)
+{
+    for (std::int32_t r = 1; r < l.n - 2; ++r)
+        for (std::int32_t q = 1; q < l.n - r - 1; ++q) {
+            add({l.at(r, q), l.at(r, q + 1), l.at(r + 1, q)});
+            if (q < l.n - r - 2) add({l.at(r, q + 1), l.at(r + 1, q + 1), l.at(r + 1, q)});
         }
-    // The rim: strips along the sides, and what is left in the corners.
+}
+
+// Two faces that make a parallelogram at a time.
+void CutFace::add_in_pairs(const Lattice& l)
+{
+    for (std::int32_t r = 1; r < l.n - 2; ++r) {
+        const std::int32_t last = l.n - r - 2;
+        for (std::int32_t q = 1; q < last; ++q)
+            add_pair(l.at(r, q), l.at(r, q + 1), l.at(r + 1, q), l.at(r + 1, q + 1), l.begin);
+        add({l.at(r, last), l.at(r, last + 1), l.at(r + 1, last)});
+    }
+}
+
+// Faces a, b, c and b, d, c; points from `begin` on have slopes.
+void CutFace::add_pair(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d,
+                       std::int32_t begin)
+{
+    const FinePoint &p = points_[a], &q = points_[b], &r = points_[c], &s = points_[d];
+    const TwoVec along(q.at - p.at, s.at - r.at), up(r.at - p.at, s.at - q.at);
+    const Two turn = dot(cross(along, up), TwoVec(p.direction, s.direction));
+    turned_over_ = turned_over_ || !(turn[0] > 0.0 && turn[1] > 0.0);
+    const std::array<Two, 3> bends{form_->bend(along), form_->bend(up),
+                                   both(form_->bend(r.at - q.at))};
+    const double shared = std::min(slopes_[b - begin], slopes_[c - begin]);
+    const Two slope{std::min(slopes_[a - begin], shared), std::min(slopes_[d - begin], shared)};
+    const Two least_bend = lesser(bends[0], lesser(bends[1], bends[2]));
+    std::array<Two, 2> far{most_between(bends) / slope, both(0.0)};
+    if (!(least_bend[0] >= 0.0 && least_bend[1] >= 0.0))
+        far[1] = most_between({-bends[0], -bends[1], -bends[2]}) / slope;
+    if (sign_ < 0.0) std::swap(far[0], far[1]);
+    const Two farthest = greater(far[0], far[1]);
+    for (const int i : {0, 1}) {
+        faces_.push_back(i == 0 ? Triangle{a, b, c} : Triangle{b, d, c});
+        const bool near = farthest[i] <= limit_;
+        if (!near) too_far_.push_back(static_cast<std::int32_t>(distances_.size()));
+        distances_.push_back(near ? std::array{far[0][i], far[1][i]}
+                                  : std::array{kTooFar, kTooFar});
+    }
+}
+
+// Strips along the sides, and what is left in the corners.
+void CutFace::fill_rim(const std::array<Side, 3>& sides, const Lattice& lattice)
+{
+    const std::size_t mark = pool_.size();
+    const std::int32_t n = lattice.n;
     std::array<Side, 3> rim;
     for (std::size_t i = 0; i < 3; ++i) {
         rim[i] = {static_cast<std::int32_t>(pool_.size()), n - 3, 1};
         for (std::int32_t k = 1; k < n - 1; ++k)
-            pool_.push_back(i == 0   ? point(1, k)
-                            : i == 1 ? point(k, n - 1 - k)
-                                     : point(n - 1 - k, 1));
+            pool_.push_back(i == 0   ? lattice.at(1, k)
+                            : i == 1 ? lattice.at(k, n - 1 - k)
+                                     : lattice.at(n - 1 - k, 1));
     }
     for (std::size_t i = 0; i < 3; ++i) {
         const Side &side = sides[i], &before = sides[(i + 2) % 3];
@@ -279,7 +378,6 @@ bool CutFace::fill_lattice(const std::array<Side, 3>& sides, std::int32_t n)
         add(ear ? Triangle{b, c, d} : Triangle{a, c, d});
     }
     pool_.resize(mark);
-    return true;
 }
 
 // By how much a point is moved so that a lattice follows sides that are not straight.

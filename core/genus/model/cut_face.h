@@ -82,6 +82,13 @@ private:
     bool fill(const std::array<Side, 3>& sides, int depth);
     bool fill_halves(const std::array<Side, 3>& sides, std::size_t most, int depth);
     bool fill_lattice(const std::array<Side, 3>& sides, std::int32_t n);
+    bool place_lattice(const std::array<Side, 3>& sides, std::int32_t n);
+    void add_points(const TwoVec& p, const std::array<ShellPoints, 2>& shell);
+    void add_one_by_one(const Lattice& l);
+    void add_in_pairs(const Lattice& l);
+    void add_pair(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d,
+                  std::int32_t begin);
+    void fill_rim(const std::array<Side, 3>& sides, const Lattice& lattice);
     void fill_strip(const Side& upper, const Side& lower);
     void fill_thin(const std::array<Side, 3>& sides, std::size_t most);
     std::int32_t lattice_for(const std::array<Side, 3>& sides, const MetricShape& shape) const;
@@ -110,6 +117,7 @@ private:
     std::vector<FinePoint> points_;
     std::vector<Triangle> faces_;
     std::vector<std::array<double, 2>> distances_, reaches_;
+    std::vector<double> slopes_;  // of the surface at the points of the lattice
     std::vector<std::int32_t> pool_, too_far_;
     std::int32_t n_border_ = 0;
 };

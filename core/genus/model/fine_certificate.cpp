@@ -21,28 +21,37 @@ namespace genus {
 namespace {
 
 constexpr int kMaxRounds = 16;
-constexpr double kGrowth = 1.25, kFirstStep = 0.125;
+constexpr double kReserve = 1.01, kGrowth = 1.25, kFirstStep = 0.125;
+constexpr std::int64_t kFaces = 64, kFewFaces = 8;  // looked at together near other surfaces
+constexpr double kSlant = 1e-6;  // of directions that are taken for normals, at most
+constexpr double kCosine2 = 1.0 - 0.0625 * kSlant * kSlant, kLength = 0.25 * kSlant;
 
 // The meshes N+ and N-.
 class Offsets {
 public:
     Offsets(const FineMesh& fine, const SignFormula& formula, const std::vector<SurfaceForm>& forms,
             double tolerance)
-        : fine_(fine), m_(fine.surface), formula_(formula), forms_(forms), tolerance_(tolerance)
+        : fine_(fine),
+          m_(fine.surface),
+          formula_(formula),
+          forms_(forms),
+          tolerance_(tolerance),
+          parts_(fine.first_face.size() - 1),
+          offset_(fine.reach),
+          value_(m_.mesh.n_vertices())
     {
-        find_blocks();
-        first_offsets();
     }
 
     // Returns the faces of the coarse mesh in which signs are missing in the end.
     std::vector<std::int32_t> grow()
     {
         const std::size_t n = m_.mesh.n_faces();
-        std::vector<char> open(n, 3), moved(m_.mesh.n_vertices(), 1);
+        first_offsets();
+        std::vector<char> open(n, 0), moved;
         for (int round = 0; round < kMaxRounds; ++round) {
             current_progress().check();
-            if (!check_faces(moved, open)) return {};
-            std::fill(moved.begin(), moved.end(), 0);
+            if (!check_parts(moved, open)) return {};
+            moved.assign(m_.mesh.n_vertices(), 0);
             bool any = false;
             for (std::size_t f = 0; f < n; ++f) {
                 if (open[f] == 0) continue;
@@ -53,7 +62,7 @@ public:
             if (!any) break;
         }
         std::vector<std::int32_t> failed;
-        for (std::size_t part = 0; part + 1 < fine_.first_face.size(); ++part)
+        for (std::size_t part = 0; part < parts_.size(); ++part)
             if (std::any_of(open.begin() + fine_.first_face[part],
                             open.begin() + fine_.first_face[part + 1],
                             [](char sides) { return sides != 0; }))
@@ -64,8 +73,10 @@ public:
     void report(Certificate& c) const
     {
         c.rounding = rounding_;
+        for (const Part& part : parts_) c.rounding = std::max(c.rounding, part.rounding);
         for (std::size_t v = 0; v < offset_.size(); ++v) {
-            double& part = m_.surfaces_of_vertex[v][1] >= 0 ? c.creases : c.faces;
+            const bool is_crease = v < n_border() && m_.surfaces_of_vertex[v][1] >= 0;
+            double& part = is_crease ? c.creases : c.faces;
             const double offset = std::max(offset_[v][0], offset_[v][1]);
             const Vec3& d = fine_.direction[v];
             if (offset * offset * dot(d, d) > 0.999 * part * part)
@@ -78,9 +89,10 @@ public:
     template <class Visit>
     void visit_near(const Box3& box, Visit&& visit) const
     {
-        for (const Block& block : blocks_)
-            if (overlap(block.box, box))
-                for (std::int64_t f = block.begin; f < block.end; ++f) visit(m_.mesh.faces[f]);
+        for (std::size_t part = 0; part < parts_.size(); ++part)
+            if (overlap(parts_[part].box, box))
+                for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f)
+                    visit(m_.mesh.faces[f]);
     }
 
     // A vertex of N+ (side 0) or N-.
@@ -91,6 +103,41 @@ public:
     }
 
 private:
+    // What was cut from one face of the coarse mesh.
+    struct Part {
+        Box3 box;               // round its faces, moved as far as they may be
+        double rounding = 0.0;  // the largest share of it at vertices inside
+        double border_slope = std::numeric_limits<double>::infinity();  // the least of its border
+    };
+
+    // Where directions inside a part are normals of its surface.
+    struct Normals {
+        std::int32_t surface = -1;  // none if they are not, but for kSlant
+        double outside = 1.0;       // the sign that it has there
+        double least_slope = 0.0, longest = 0.0;
+        double stiffness = 0.0;                  // most of a bend, beside the square of the step
+        double turn = 0.0;                       // of normals along a step, beside its length
+        double edge = 0.0, one_over_edge = 0.0;  // the length of some edge
+    };
+
+    // On the edges of the coarse mesh and in its corners.
+    std::size_t n_border() const { return static_cast<std::size_t>(fine_.first_vertex[0]); }
+
+    bool is_inside(const Triangle& t) const
+    {
+        return std::min({t[0], t[1], t[2]}) >= fine_.first_vertex[0];
+    }
+
+    // In a part where all directions inside are normals of this surface.
+    bool has_normals(const Triangle& t, std::int32_t surface) const
+    {
+        if (is_inside(t)) return true;
+        return std::all_of(t.begin(), t.end(), [&](std::int32_t v) {
+            return v >= fine_.first_vertex[0] ||
+                   (border_slope_[v] > 0.0 && m_.surfaces_of_vertex[v][0] == surface);
+        });
+    }
+
     // The values there of the first surface that the vertex stands on.
     std::array<double, 2> values_at(std::size_t v) const
     {
@@ -99,38 +146,30 @@ private:
         return {form.value(corner(i, 0)), form.value(corner(i, 1))};
     }
 
-    // Some faces from one face of the coarse mesh, with what holds them moved as far as they may
-    // be.
-    struct Block {
-        std::int64_t begin = 0, end = 0;
-        Box3 box;
-    };
-
-    void find_blocks()
+    // Its box, and the least slope at its border.
+    void look_at(Part& part, std::size_t number) const
     {
-        constexpr std::int64_t kFaces = 32;
-        const std::size_t n = fine_.first_face.size() - 1;
-        first_block_.assign(n + 1, 0);
-        for (std::size_t part = 0; part < n; ++part) {
-            const std::int64_t size = fine_.first_face[part + 1] - fine_.first_face[part];
-            first_block_[part + 1] =
-                first_block_[part] + static_cast<std::size_t>((size + kFaces - 1) / kFaces);
-        }
-        blocks_.resize(first_block_[n]);
-        parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t part = begin; part < end; ++part) {
-                std::int64_t f = fine_.first_face[part];
-                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i) {
-                    Block& block = blocks_[i];
-                    block.begin = f;
-                    block.end = std::min(f + kFaces, fine_.first_face[part + 1]);
-                    for (; f < block.end; ++f)
-                        for (const std::int32_t v : m_.mesh.faces[f])
-                            block.box.add(m_.mesh.vertices[v]);
-                    block.box = block.box.inflated(1.01 * tolerance_);
-                }
+        for (std::int64_t v = fine_.first_vertex[number]; v < fine_.first_vertex[number + 1]; ++v)
+            part.box.add(m_.mesh.vertices[v]);
+        for (std::int64_t f = fine_.first_face[number]; f < fine_.first_face[number + 1]; ++f) {
+            const Triangle& t = m_.mesh.faces[f];
+            if (is_inside(t)) continue;
+            for (const std::int32_t v : t) {
+                if (v >= fine_.first_vertex[0]) continue;
+                part.box.add(m_.mesh.vertices[v]);
+                if (border_slope_[v] > 0.0)
+                    part.border_slope = std::min(part.border_slope, border_slope_[v]);
             }
-        });
+        }
+        part.box = part.box.inflated(1.01 * tolerance_);
+    }
+
+    Box3 box_of(std::int64_t first_face, std::int64_t end) const
+    {
+        Box3 box;
+        for (std::int64_t f = first_face; f < end; ++f)
+            for (const std::int32_t v : m_.mesh.faces[f]) box.add(m_.mesh.vertices[v]);
+        return box.inflated(1.01 * tolerance_);
     }
 
     double rounding_at(std::size_t v) const
@@ -143,24 +182,37 @@ private:
         return most;
     }
 
+    // Returns the share of rounding.
+    double first_offset(std::size_t v)
+    {
+        const double rounding = rounding_at(v), length = norm(fine_.direction[v]);
+        for (double& a : offset_[v]) a = std::min(kReserve * a + rounding, largest(length));
+        value_[v] = values_at(v);
+        return rounding * length;
+    }
+
+    // Of the border, and what must be known of all parts.
     void first_offsets()
     {
-        const std::size_t n = m_.mesh.n_vertices();
-        offset_ = fine_.reach;
-        value_.resize(n);
-        constexpr std::size_t kGrain = 2048;
-        std::vector<double> roundings(n / kGrain + 1, 0.0);
-        parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-            double& worst = roundings[begin / kGrain];
-            for (std::size_t v = begin; v < end; ++v) {
-                const double rounding = rounding_at(v), length = norm(fine_.direction[v]);
-                const double most = largest(length);
-                for (double& a : offset_[v]) a = std::min(1.01 * a + rounding, most);
-                value_[v] = values_at(v);
-                worst = std::max(worst, rounding * length);
-            }
+        border_slope_.resize(n_border());
+        for (std::size_t v = 0; v < n_border(); ++v) {
+            rounding_ = std::max(rounding_, first_offset(v));
+            border_slope_[v] = slope_along_normal(v);
+        }
+        parallel_for(parts_.size(), 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t part = begin; part < end; ++part) look_at(parts_[part], part);
         });
-        rounding_ = *std::max_element(roundings.begin(), roundings.end());
+    }
+
+    // The slope of the surface at a vertex, 0 if its direction is not its normal.
+    double slope_along_normal(std::size_t v) const
+    {
+        const SurfaceForm& form = forms_[m_.surfaces_of_vertex[v][0]];
+        if (m_.surfaces_of_vertex[v][1] >= 0 || !form.is_quadratic()) return 0.0;
+        const Vec3 g = form.gradient(m_.mesh.vertices[v]), &d = fine_.direction[v];
+        const double gg = dot(g, g), dd = dot(d, d), gd = dot(g, d);
+        const bool is_normal = gd * gd >= kCosine2 * gg * dd && std::fabs(dd - 1.0) <= kLength;
+        return is_normal ? std::sqrt(gg) : 0.0;
     }
 
     // Where a direction has this length. No share of the bound passes the tolerance, not by
@@ -181,46 +233,216 @@ private:
         return changed;
     }
 
-    // Looks at faces with a moved corner. True if some have a side without signs.
-    bool check_faces(const std::vector<char>& moved, std::vector<char>& open) const
+    // Looks at faces with a moved corner, at first at all of them. True if some have a side without
+    // signs.
+    bool check_parts(const std::vector<char>& moved, std::vector<char>& open)
     {
         std::atomic<bool> any{false};
-        parallel_for(first_block_.size() - 1, 16, [&](std::size_t begin, std::size_t end) {
+        parallel_for(parts_.size(), 16, [&](std::size_t begin, std::size_t end) {
             std::vector<Sign> signs(forms_.size(), Sign{0});
             bool any_here = false;
-            for (std::size_t part = begin; part < end; ++part) {
-                Box3 box;
-                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i)
-                    box.add(blocks_[i].box);
-                const SignFormula near = formula_in(box, formula_, signs);
-                for (std::size_t i = first_block_[part]; i < first_block_[part + 1]; ++i)
-                    any_here = check_block(blocks_[i], near, signs, moved, open) || any_here;
-            }
+            for (std::size_t part = begin; part < end; ++part)
+                any_here = check_part(part, signs, moved, open) || any_here;
             if (any_here) any = true;
         });
         return any;
     }
 
-    bool check_block(const Block& block, const SignFormula& formula, std::vector<Sign>& signs,
+    bool check_part(std::size_t part, std::vector<Sign>& signs, const std::vector<char>& moved,
+                    std::vector<char>& open)
+    {
+        const std::int64_t begin = fine_.first_face[part], end = fine_.first_face[part + 1];
+        Normals normals;
+        if (moved.empty()) {
+            normals = normals_in(part);
+            offset_inside(part, normals);
+        }
+        const SignFormula near = formula_in(parts_[part].box, formula_, signs);
+        return check_range(begin, end, near, normals, signs, moved, open);
+    }
+
+    // Faces near which this formula decides: in smaller boxes that may be a shorter one.
+    bool check_range(std::int64_t begin, std::int64_t end, const SignFormula& near,
+                     const Normals& normals, std::vector<Sign>& signs,
                      const std::vector<char>& moved, std::vector<char>& open) const
     {
-        const bool is_one = formula.constant() == 0 && formula.surfaces().size() == 1;
-        const SignFormula near = is_one ? formula : formula_in(block.box, formula, signs);
+        if (near.constant() != 0 || sign_of_one(near) || end - begin <= kFewFaces)
+            return check_faces(begin, end, near, normals, signs, moved, open);
+        const std::int64_t step = end - begin > kFaces ? kFaces : (end - begin + 1) / 2;
+        bool any = false;
+        for (std::int64_t f = begin; f < end; f += step) {
+            const std::int64_t next = std::min(f + step, end);
+            any = check_range(f, next, formula_in(box_of(f, next), near, signs), normals, signs,
+                              moved, open) ||
+                  any;
+        }
+        return any;
+    }
+
+    bool check_faces(std::int64_t begin, std::int64_t end, const SignFormula& near,
+                     const Normals& normals, std::vector<Sign>& signs,
+                     const std::vector<char>& moved, std::vector<char>& open) const
+    {
         if (near.constant() != 0) {
-            std::fill(open.begin() + block.begin, open.begin() + block.end,
-                      near.constant() < 0 ? 1 : 2);
+            std::fill(open.begin() + begin, open.begin() + end, near.constant() < 0 ? 1 : 2);
             return true;
         }
         const std::optional<double> alone = sign_of_one(near);
         bool any = false;
-        for (std::int64_t f = block.begin; f < block.end; ++f) {
+        const auto check = [&](std::int64_t f) {
             const Triangle& t = m_.mesh.faces[f];
-            if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) == 0 && open[f] == 0) continue;
             open[f] = static_cast<char>(alone ? sides_without_sign(t, near.surfaces()[0], *alone)
                                               : sides_without_sign(t, near, signs));
             any = any || open[f] != 0;
+        };
+        if (!moved.empty()) {
+            for (std::int64_t f = begin; f < end; ++f) {
+                const Triangle& t = m_.mesh.faces[f];
+                if ((moved[t[0]] | moved[t[1]] | moved[t[2]]) != 0 || open[f] != 0) check(f);
+            }
+            return any;
         }
+        const bool in_pairs =
+            alone && normals.surface == near.surfaces()[0] && normals.outside == *alone;
+        std::int64_t waiting = -1;
+        for (std::int64_t f = begin; f < end; ++f) {
+            if (!in_pairs || !has_normals(m_.mesh.faces[f], normals.surface)) {
+                check(f);
+            } else if (waiting < 0) {
+                waiting = f;
+            } else {
+                if (!are_clear(m_.mesh.faces[waiting], m_.mesh.faces[f], normals)) {
+                    check(waiting);
+                    check(f);
+                }
+                waiting = -1;
+            }
+        }
+        if (waiting >= 0) check(waiting);
         return any;
+    }
+
+    Normals normals_in(std::size_t part) const
+    {
+        const std::int64_t begin = fine_.first_vertex[part], end = fine_.first_vertex[part + 1];
+        if (begin == end) return {};
+        const std::int32_t label = m_.surface_of_face[fine_.first_face[part]];
+        const SurfaceForm& form = forms_[label >> 1];
+        if (!form.is_quadratic()) return {};
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        const double outside = (label & 1) != 0 ? -1.0 : 1.0;
+        Two least = both(kInfinity), longest = both(0.0), shortest = both(kInfinity),
+            in_line = both(kInfinity);
+        for (std::int64_t v = begin; v < end; v += 2) {
+            const std::int64_t w = std::min(v + 1, end - 1);
+            const TwoVec g = form.gradient({m_.mesh.vertices[v], m_.mesh.vertices[w]});
+            const TwoVec d(fine_.direction[v], fine_.direction[w]);
+            const Two gg = dot(g, g), dd = dot(d, d), gd = outside * dot(g, d);
+            // Square of the cosine, less what it has to be, with the sign of the cosine.
+            const Two over = gd * greater(gd, both(0.0)) - kCosine2 * gg * dd;
+            in_line = lesser(in_line, over);
+            least = lesser(least, gg);
+            longest = greater(longest, dd);
+            shortest = lesser(shortest, dd);
+        }
+        Normals n;
+        n.outside = outside;
+        n.stiffness = form.most_bend();
+        n.least_slope = std::sqrt(std::min(least[0], least[1])) - 2.0 * form.gradient_slack();
+        n.longest = std::sqrt(std::max(longest[0], longest[1]));
+        const bool are_normal =
+            std::min(in_line[0], in_line[1]) >= 0.0 && n.longest <= 1.0 + 0.25 * kSlant &&
+            std::min(shortest[0], shortest[1]) >= 1.0 - 0.25 * kSlant &&
+            8.0 * form.gradient_slack() <= kSlant * n.least_slope && all_on(label >> 1, begin, end);
+        if (!are_normal) return n;
+        n.surface = label >> 1;
+        // Gradients differ by twice the matrix of `bend` times the step.
+        n.turn = 2.0 * n.stiffness / n.least_slope;
+        const Triangle& t = m_.mesh.faces[fine_.first_face[part]];
+        n.edge = distance(m_.mesh.vertices[t[0]], m_.mesh.vertices[t[1]]);
+        n.one_over_edge = 1.0 / n.edge;
+        return n;
+    }
+
+    bool all_on(std::int32_t surface, std::int64_t first_vertex, std::int64_t end) const
+    {
+        return std::all_of(m_.surfaces_of_vertex.begin() + first_vertex,
+                           m_.surfaces_of_vertex.begin() + end,
+                           [&](const auto& surfaces) { return surfaces[0] == surface; });
+    }
+
+    void offset_inside(std::size_t part, const Normals& normals)
+    {
+        const auto begin = static_cast<std::size_t>(fine_.first_vertex[part]),
+                   end = static_cast<std::size_t>(fine_.first_vertex[part + 1]);
+        double& worst = parts_[part].rounding;
+        if (normals.surface < 0) {
+            for (std::size_t v = begin; v < end; ++v) worst = std::max(worst, first_offset(v));
+            return;
+        }
+        const SurfaceForm& form = forms_[normals.surface];
+        const double rounding = 4.0 * form.slack() / normals.least_slope;
+        const double most = largest(normals.longest);
+        worst = rounding * normals.longest;
+        for (std::size_t v = begin; v < end; ++v) {
+            for (double& a : offset_[v]) a = std::min(kReserve * a + rounding, most);
+            const Two value = form.value(corners(static_cast<std::int32_t>(v)));
+            value_[v] = {value[0], value[1]};
+        }
+    }
+
+    // Whether two faces have their signs on both sides, with directions at their corners as said:
+    // true only if so. That bounds how far an edge may change as its ends move, and so how far its
+    // bend. The third edge is no longer than twice the longer of the others, and the length of an
+    // edge is at most the mean of any other and the third proportional to both.
+    bool are_clear(const Triangle& t, const Triangle& u, const Normals& normals) const
+    {
+        const SurfaceForm& form = forms_[normals.surface];
+        const OffsetsOfFace of_t = offsets_of(t, normals), of_u = offsets_of(u, normals);
+        const std::vector<Vec3>& at = m_.mesh.vertices;
+        const TwoVec a(at[t[0]], at[u[0]]), b(at[t[1]], at[u[1]]), c(at[t[2]], at[u[2]]);
+        const TwoVec ab = b - a, ca = a - c;
+        const std::array<Two, 3> k{normals.outside * form.bend(ab),
+                                   normals.outside * form.bend(c - b),
+                                   normals.outside * form.bend(ca)};
+        const Two square = greater(dot(ab, ab), dot(ca, ca));
+        const Two edge = normals.edge + square * normals.one_over_edge;
+        const Two moves = Two{of_t.most, of_u.most} * (normals.turn * edge + kSlant) +
+                          Two{of_t.spread, of_u.spread};
+        const Two change = normals.stiffness * moves * (2.0 * edge + moves);
+        const auto clears = [&](const Two& values, const std::array<Two, 3>& bends) {
+            const Two largest = greater(bends[0], greater(bends[1], bends[2])) + change;
+            const Two room = values - 2.0 * form.slack();
+            if (largest[0] <= 0.0 && largest[1] <= 0.0) return room[0] > 0.0 && room[1] > 0.0;
+            const Two over = room - 0.34 * change - most_between(bends);
+            return over[0] > 0.0 && over[1] > 0.0;
+        };
+        return clears(Two{of_t.values[0], of_u.values[0]}, k) &&
+               clears(Two{of_t.values[1], of_u.values[1]}, {-k[0], -k[1], -k[2]});
+    }
+
+    // At the corners of a face: the least values outward and inward, away from zero, the largest
+    // offset, and by how much offsets to one side differ.
+    struct OffsetsOfFace {
+        Two values;
+        double most, spread;
+    };
+
+    OffsetsOfFace offsets_of(const Triangle& t, const Normals& normals) const
+    {
+        const auto two = [](const std::array<double, 2>& x) { return Two{x[0], x[1]}; };
+        const Two sign{normals.outside, -normals.outside};
+        const Two values = lesser(sign * two(value_[t[0]]),
+                                  lesser(sign * two(value_[t[1]]), sign * two(value_[t[2]])));
+        const Two a = two(offset_[t[0]]), b = two(offset_[t[1]]), c = two(offset_[t[2]]);
+        const Two most = greater(a, greater(b, c)), spread = most - lesser(a, lesser(b, c));
+        return {values, std::max(most[0], most[1]), std::max(spread[0], spread[1])};
+    }
+
+    TwoVec moved(std::size_t v, const Two& step) const
+    {
+        const Vec3 &p = m_.mesh.vertices[v], &d = fine_.direction[v];
+        return {p[0] + step * d[0], p[1] + step * d[1], p[2] + step * d[2]};
     }
 
     SignFormula formula_in(const Box3& box, const SignFormula& formula,
@@ -234,9 +456,9 @@ private:
     // Nearly everywhere one surface decides, mostly a quadratic one: the sign it has outside.
     std::optional<double> sign_of_one(const SignFormula& near) const
     {
+        if (near.constant() != 0 || near.surfaces().size() != 1) return std::nullopt;
         const SignFormula::Use use = near.uses()[0];
-        if (near.surfaces().size() > 1 || use.plain == use.negated ||
-            !forms_[near.surfaces()[0]].is_quadratic())
+        if (use.plain == use.negated || !forms_[near.surfaces()[0]].is_quadratic())
             return std::nullopt;
         return use.plain ? 1.0 : -1.0;
     }
@@ -271,9 +493,7 @@ private:
 
     TwoVec corners(std::int32_t v) const
     {
-        const Vec3 &p = m_.mesh.vertices[v], &d = fine_.direction[v];
-        const Two step{offset_[v][0], -offset_[v][1]};
-        return {p[0] + step * d[0], p[1] + step * d[1], p[2] + step * d[2]};
+        return moved(static_cast<std::size_t>(v), Two{offset_[v][0], -offset_[v][1]});
     }
 
     Two values_at(std::int32_t v, std::int32_t s) const
@@ -315,8 +535,8 @@ private:
     const SignFormula& formula_;
     const std::vector<SurfaceForm>& forms_;
     double tolerance_;
-    std::vector<Block> blocks_;
-    std::vector<std::size_t> first_block_;       // of each face of the coarse mesh
+    std::vector<Part> parts_;
+    std::vector<double> border_slope_;           // at vertices there with a normal, 0 at others
     std::vector<std::array<double, 2>> offset_;  // outward, inward; in units of the direction
     std::vector<std::array<double, 2>> value_;
     double rounding_ = 0.0;  // the largest share of it

@@ -301,7 +301,6 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
         std::vector<Point> inner;
         std::vector<Triangle> faces;
         std::vector<std::array<double, 2>> reaches;  // of the border first
-        std::int64_t first_vertex = 0;
     };
     std::vector<Part> parts(n);
     std::vector<char> bad(n, 0);
@@ -351,13 +350,14 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
     if (!fine.stuck.empty()) return fine;
 
     fine.first_face.assign(n + 1, 0);
-    std::int64_t n_vertices = edges.n_vertices();
+    fine.first_vertex.assign(n + 1, edges.n_vertices());
     for (std::size_t f = 0; f < n; ++f) {
-        parts[f].first_vertex = n_vertices;
-        n_vertices += static_cast<std::int64_t>(parts[f].inner.size());
+        fine.first_vertex[f + 1] =
+            fine.first_vertex[f] + static_cast<std::int64_t>(parts[f].inner.size());
         fine.first_face[f + 1] =
             fine.first_face[f] + static_cast<std::int64_t>(parts[f].faces.size());
     }
+    const std::int64_t n_vertices = fine.first_vertex[n];
     require(n_vertices <= std::numeric_limits<std::int32_t>::max(), "mesh: too many vertices");
     SurfaceMesh& s = fine.surface;
     s.mesh.vertices.resize(n_vertices);
@@ -408,7 +408,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
             number.clear();
             border_of(f, [&](std::int32_t v, const Point&) { number.push_back(v); });
             for (std::size_t k = 0; k < part.inner.size(); ++k) {
-                const std::int64_t v = part.first_vertex + static_cast<std::int64_t>(k);
+                const std::int64_t v = fine.first_vertex[f] + static_cast<std::int64_t>(k);
                 number.push_back(static_cast<std::int32_t>(v));
                 put(v, part.inner[k], {label >> 1, -1, -1});
                 fine.reach[v] = part.reaches[number.size() - 1];

@@ -29,6 +29,9 @@ struct FineMesh {
     std::vector<std::array<double, 2>> reach;
     /// Faces `first_face[f] .. first_face[f + 1] - 1` are those of face f of the coarse mesh.
     std::vector<std::int64_t> first_face;
+    /// Vertices `first_vertex[f] .. first_vertex[f + 1] - 1` are those inside face f of the coarse
+    /// mesh; those on its edges and in its corners come before all of them.
+    std::vector<std::int64_t> first_vertex;
     /// Faces of the coarse mesh that could not be cut; if there are any, the rest is not filled.
     std::vector<std::int32_t> stuck;
 };

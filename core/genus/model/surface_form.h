@@ -32,6 +32,18 @@ inline double most_between(const std::array<double, 3>& k)
     return std::max(on_edge, std::min(largest / 3.0, inside));
 }
 
+/// The same for two triangles.
+inline Two most_between(const std::array<Two, 3>& k)
+{
+    const Two largest = greater(both(0.0), greater(k[0], greater(k[1], k[2])));
+    const Two smallest = lesser(k[0], lesser(k[1], k[2])), sum = k[0] + k[1] + k[2];
+    const Two products = k[0] * k[1] + k[1] * k[2] + k[2] * k[0];
+    const Two inside = k[0] * k[1] * k[2] / (4.0 * products - sum * sum);
+    const Two on_edge = 0.25 * largest, at_most = 1.0 / 3.0 * largest;
+    const Two within = greater(on_edge, lesser(at_most, inside));
+    return (smallest > 0.0) & (2.0 * largest < sum) ? within : on_edge;
+}
+
 /// A surface of a CsgField as polynomials, made for bounds over triangles and tetrahedra: a
 /// quadratic has six Bernstein coefficients over a triangle and ten over a tetrahedron, the quartic
 /// of a torus is a product of quadratics. The coefficients enclose the range, sharply for planes
@@ -79,6 +91,15 @@ public:
     {
         return is_quadratic() ? slope(q_, p - origin_) : other_gradient(p);
     }
+    /// Of a quadratic F at two points.
+    Two value(const TwoVec& p) const { return evaluate(q_, p - origin_); }
+    TwoVec gradient(const TwoVec& p) const { return slope(q_, p - origin_); }
+    /// The bend of a quadratic F along a step of length 1 is no larger, whatever its sign.
+    double most_bend() const
+    {
+        return std::sqrt(q_[4] * q_[4] + q_[5] * q_[5] + q_[6] * q_[6] +
+                         0.5 * (q_[7] * q_[7] + q_[8] * q_[8] + q_[9] * q_[9]));
+    }
     /// A point of a plane across an axis, with that coordinate as the plane has it: Newton's method
     /// leaves it a rounding away. Of any other surface, the point itself.
     Vec3 straightened(Vec3 p) const
@@ -108,6 +129,8 @@ public:
     /// Rounding error of `value`, at most, in the box; of a function a guess, not to be used in
     /// proofs.
     double slack() const { return slack_; }
+    /// Rounding error of each component of `gradient` of a quadratic F, at most, in the box.
+    double gradient_slack() const { return gradient_slack_; }
     /// The sign of F at p, 0 where rounding leaves it open.
     Sign sign(const Vec3& p) const;
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "genus/base/vec.h"
 #include "genus/model/quadratic_polynomial.h"
@@ -24,6 +26,16 @@ inline Two lesser(const Two& a, const Two& b)
     return a < b ? a : b;
 }
 
+inline Two root(const Two& x)
+{
+    return Two{std::sqrt(x[0]), std::sqrt(x[1])};
+}
+/// The first with the sign of the second.
+inline Two with_sign(const Two& size, const Two& sign)
+{
+    return Two{std::copysign(size[0], sign[0]), std::copysign(size[1], sign[1])};
+}
+
 /// Two points or vectors.
 struct TwoVec {
     Two x, y, z;
@@ -33,11 +45,24 @@ struct TwoVec {
         : x{one[0], other[0]}, y{one[1], other[1]}, z{one[2], other[2]}
     {
     }
+    Vec3 operator[](std::size_t i) const { return {{x[i], y[i], z[i]}}; }
 };
 
+inline TwoVec operator+(const TwoVec& a, const TwoVec& b)
+{
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 inline TwoVec operator-(const TwoVec& a, const TwoVec& b)
 {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline TwoVec operator-(const TwoVec& a, const Vec3& b)
+{
+    return {a.x - b[0], a.y - b[1], a.z - b[2]};
+}
+inline TwoVec operator*(const Two& s, const TwoVec& v)
+{
+    return {s * v.x, s * v.y, s * v.z};
 }
 inline Two dot(const TwoVec& a, const TwoVec& b)
 {
@@ -52,6 +77,17 @@ inline Two largest(const TwoVec& v)
 {
     const auto size = [](const Two& t) { return greater(t, -t); };
     return greater(size(v.x), greater(size(v.y), size(v.z)));
+}
+inline Two evaluate(const QuadraticPolynomial& c, const TwoVec& p)
+{
+    return c[0] + p.x * (c[1] + c[4] * p.x + c[7] * p.y + c[8] * p.z) +
+           p.y * (c[2] + c[5] * p.y + c[9] * p.z) + p.z * (c[3] + c[6] * p.z);
+}
+inline TwoVec slope(const QuadraticPolynomial& c, const TwoVec& p)
+{
+    return {c[1] + 2.0 * c[4] * p.x + c[7] * p.y + c[8] * p.z,
+            c[2] + c[7] * p.x + 2.0 * c[5] * p.y + c[9] * p.z,
+            c[3] + c[8] * p.x + c[9] * p.y + 2.0 * c[6] * p.z};
 }
 inline Two bend(const QuadraticPolynomial& c, const TwoVec& e)
 {

@@ -77,6 +77,13 @@ TEST(FineMesh, CutsAClosedMeshWithinTheToleranceOfItsSurfaces)
         EXPECT_EQ(topology(mesh).euler, 0);
         ASSERT_EQ(fine.first_face.size(), c.mesh.mesh.n_faces() + 1);
         EXPECT_EQ(fine.first_face.back(), static_cast<std::int64_t>(mesh.n_faces()));
+        ASSERT_EQ(fine.first_vertex.size(), fine.first_face.size());
+        EXPECT_EQ(fine.first_vertex.back(), static_cast<std::int64_t>(mesh.n_vertices()));
+        for (std::size_t f = 0; f + 1 < fine.first_face.size(); ++f)
+            for (std::int64_t k = fine.first_face[f]; k < fine.first_face[f + 1]; ++k)
+                for (const std::int32_t v : mesh.faces[k])
+                    EXPECT_TRUE(v < fine.first_vertex[0] ||
+                                (v >= fine.first_vertex[f] && v < fine.first_vertex[f + 1]));
         for (std::size_t v = 0; v < mesh.n_vertices(); ++v) {
             EXPECT_LE(std::max(fine.reach[v][0], fine.reach[v][1]), tolerance);
             for (const std::int32_t s : fine.surface.surfaces_of_vertex[v])
@@ -237,22 +244,55 @@ TEST(FineCertificate, RefusesAMeshThatIsOff)
 {
     const Coarse c(bored_ball(), 0.4);
     const double tolerance = 0.01;
-    FineMesh fine = c.cut(tolerance, 1'000'000);
+    const FineMesh good = c.cut(tolerance, 1'000'000);
+    ASSERT_TRUE(good.stuck.empty());
+    // Vertices on an edge of the coarse mesh and inside its faces, on the ball and in the bore.
+    std::vector<std::size_t> tried;
+    for (std::size_t v = 0; tried.empty(); ++v)
+        if (good.surface.surfaces_of_vertex[v][1] < 0) tried.push_back(v);
+    for (std::size_t f = 0; f < c.mesh.mesh.n_faces(); f += 7)
+        if (good.first_vertex[f] < good.first_vertex[f + 1])
+            tried.push_back(
+                static_cast<std::size_t>(good.first_vertex[f] + good.first_vertex[f + 1]) / 2);
+    ASSERT_GT(tried.size(), 5u);
+    for (const std::size_t v : tried)
+        for (const double off : {3.0, 1.2, -1.2, -3.0}) {
+            SCOPED_TRACE(v);
+            FineMesh fine = good;
+            fine.surface.mesh.vertices[v] += off * tolerance * fine.direction[v];
+            const Certificate bad =
+                certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0);
+            EXPECT_GT(bad.n_failed, 0);
+            std::set<std::int32_t> expected;
+            for (std::size_t f = 0; f < c.mesh.mesh.n_faces(); ++f)
+                for (std::int64_t k = fine.first_face[f]; k < fine.first_face[f + 1]; ++k)
+                    for (const std::int32_t corner : fine.surface.mesh.faces[k])
+                        if (corner == static_cast<std::int32_t>(v))
+                            expected.insert(static_cast<std::int32_t>(f));
+            for (const std::int32_t f : bad.failed_faces) EXPECT_TRUE(expected.count(f)) << f;
+        }
+}
+
+// Directions that are no normals are as good, if longer: none is taken for one.
+TEST(FineCertificate, HoldsAlongSlantingDirections)
+{
+    const Coarse c(bored_ball(), 0.4);
+    const double tolerance = 0.01;
+    FineMesh fine = c.cut(0.8 * tolerance, 1'000'000);
     ASSERT_TRUE(fine.stuck.empty());
-    // A vertex inside a face, three tolerances out.
-    std::size_t v = 0;
-    while (fine.surface.surfaces_of_vertex[v][1] >= 0) ++v;
-    fine.surface.mesh.vertices[v] += 3.0 * tolerance * fine.direction[v];
-    const Certificate off =
+    const double straight =
+        certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0).bound;
+    const unsigned seed = 20261123;
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    for (std::size_t v = 0; v < fine.direction.size(); ++v)
+        for (double& x : fine.direction[v].c)
+            x += 0.2 * (static_cast<double>(random() >> 5) * 0x1p-26 - 1.0);
+    const Certificate slanting =
         certify_within(c.sandwich, c.mesh, fine, c.formula, c.forms, tolerance, 0.0);
-    EXPECT_GT(off.n_failed, 0);
-    std::set<std::int32_t> expected;
-    for (std::size_t f = 0; f < c.mesh.mesh.n_faces(); ++f)
-        for (std::int64_t k = fine.first_face[f]; k < fine.first_face[f + 1]; ++k)
-            for (const std::int32_t corner : fine.surface.mesh.faces[k])
-                if (corner == static_cast<std::int32_t>(v))
-                    expected.insert(static_cast<std::int32_t>(f));
-    for (const std::int32_t f : off.failed_faces) EXPECT_TRUE(expected.count(f)) << f;
+    EXPECT_EQ(slanting.n_failed, 0);
+    EXPECT_GT(slanting.bound, straight);
+    EXPECT_LE(slanting.bound, tolerance);
 }
 
 TEST(FineCertificate, CountsTurns)
@@ -349,6 +389,43 @@ TEST(SurfaceForm, SlopesRangesAndRootsHold)
         if (const auto t = form.root_along(hull[0], way)) {
             EXPECT_LE(std::fabs(form.value(hull[0] + *t * way)), form.slack());
         }
+    }
+}
+
+TEST(TwoLanes, ComeOutAsEachAlone)
+{
+    const unsigned seed = 20261122;
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto number = [&] { return static_cast<double>(random() >> 5) * 0x1p-26 - 1.0; };
+    const auto point = [&] { return Vec3{{number(), number(), number()}}; };
+    const Box3 box{{{-8, -8, -8}}, {{8, 8, 8}}};
+    const CsgField field(
+        unite({sphere(3), transformed(ellipsoid({{3, 2, 1}}), rotation_x(30)), cylinder(4, 2, 1)}));
+    for (const Surface& surface : field.surfaces()) {
+        const SurfaceForm form(surface, box);
+        double stiffest = 0.0;
+        for (int trial = 0; trial < 1000; ++trial) {
+            const Vec3 p = point(), q = point();
+            const TwoVec both_of(p, q);
+            const Two value = form.value(both_of), bend = form.bend(both_of);
+            const TwoVec gradient = form.gradient(both_of);
+            EXPECT_EQ(value[0], form.value(p));
+            EXPECT_EQ(value[1], form.value(q));
+            EXPECT_EQ(bend[1], form.bend(q));
+            EXPECT_EQ(gradient[0], form.gradient(p));
+            EXPECT_EQ(gradient[1], form.gradient(q));
+            stiffest = std::max(stiffest, std::fabs(form.bend(normalized(p))));
+        }
+        EXPECT_LE(stiffest, form.most_bend() * (1.0 + 1e-12));
+        EXPECT_GE(4.0 * stiffest, form.most_bend());
+    }
+    for (int trial = 0; trial < 1000; ++trial) {
+        const std::array<double, 3> k{number(), 0.3 + number(), 0.3 + number()},
+            l{1.0 + 0.1 * number(), 1.0 + 0.1 * number(), 1.0};
+        const Two most = most_between({Two{k[0], l[0]}, Two{k[1], l[1]}, Two{k[2], l[2]}});
+        EXPECT_DOUBLE_EQ(most[0], most_between(k));
+        EXPECT_DOUBLE_EQ(most[1], most_between(l));
     }
 }
 
