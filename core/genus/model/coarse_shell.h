@@ -8,6 +8,9 @@
 
 namespace genus {
 
+/// A place in a triangle: the weights of its second and third corner.
+using Weights = std::array<double, 2>;
+
 /// A place on the inner and the outer mesh of a shell.
 using ShellPoints = std::array<Vec3, 2>;
 

@@ -46,12 +46,13 @@ std::optional<TwoVec> meeting_points(const SurfaceForm& form, const TwoVec& p, c
     return at;
 }
 
-}  // namespace
-
-ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
+// The place between two others.
+Weights between(const Weights& a, const Weights& b, double t)
 {
     return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
 }
+
+}  // namespace
 
 double pieces_for(double sagitta, double limit)
 {
@@ -271,24 +272,27 @@ bool CutFace::place_lattice(const std::array<Side, 3>& sides, std::int32_t n)
 {
     const FinePoint &a = points_[sides[0].at(pool_, 0)], &b = points_[sides[1].at(pool_, 0)],
                     &c = points_[sides[2].at(pool_, 0)];
-    const OnFace flat(a.at, b.at, c.at), direction(a.direction, b.direction, c.direction),
-        below(a.shell[0], b.shell[0], c.shell[0]), above(a.shell[1], b.shell[1], c.shell[1]);
+    const OnFace flat(a.at, b.at, c.at), direction(a.direction, b.direction, c.direction);
+    const Weights origin = a.place, second = b.place, third = c.place;
     slopes_.clear();
     for (std::int32_t r = 1; r < n - 1; ++r) {
         const double v = static_cast<double>(r) / n;
         const auto start = [&](double u) { return flat(u, v) + swept(sides, u, v); };
-        const auto shell = [&](double u) { return ShellPoints{below(u, v), above(u, v)}; };
+        const auto place = [&](double u) {
+            return Weights{origin[0] + u * (second[0] - origin[0]) + v * (third[0] - origin[0]),
+                           origin[1] + u * (second[1] - origin[1]) + v * (third[1] - origin[1])};
+        };
         for (std::int32_t q = 1; q < n - r; ++q) {
             const double u = static_cast<double>(q) / n, next = static_cast<double>(q + 1) / n;
             if (q + 1 < n - r && form_->is_quadratic()) {
                 const TwoVec ways(direction(u, v), direction(next, v));
                 if (const auto p = meeting_points(*form_, {start(u), start(next)}, ways)) {
-                    add_points(*p, {shell(u), shell(next)});
+                    add_points(*p, {place(u), place(next)});
                     ++q;
                     continue;
                 }
             }
-            const auto p = on_surface(start(u), direction(u, v), shell(u));
+            const auto p = on_surface(start(u), direction(u, v), place(u));
             if (!p) return false;
             slopes_.push_back(norm(form_->gradient(points_.back().at)));
         }
@@ -296,13 +300,13 @@ bool CutFace::place_lattice(const std::array<Side, 3>& sides, std::int32_t n)
     return true;
 }
 
-void CutFace::add_points(const TwoVec& p, const std::array<ShellPoints, 2>& shell)
+void CutFace::add_points(const TwoVec& p, const std::array<Weights, 2>& places)
 {
     const TwoVec g = form_->gradient(p);
     const Two slope = root(dot(g, g));
     const TwoVec direction = sign_ / slope * g;
     for (const std::size_t i : {0u, 1u}) {
-        points_.push_back({p[i], direction[i], shell[i], 1.0});
+        points_.push_back({p[i], direction[i], places[i], 1.0});
         slopes_.push_back(slope[i]);
     }
 }
@@ -481,7 +485,7 @@ bool CutFace::mend()
         if (longest <= kLongestChord) {
             const auto m =
                 on_surface((p.at + q.at + r.at) / 3.0, p.direction + q.direction + r.direction,
-                           between(p.shell, between(q.shell, r.shell, 0.5), 2.0 / 3.0));
+                           between(p.place, between(q.place, r.place, 0.5), 2.0 / 3.0));
             if (!m) return false;
             faces_[f] = {a, b, *m};
             add({b, c, *m});
@@ -489,7 +493,7 @@ bool CutFace::mend()
         } else {
             const std::int32_t g = face_across(f, a, b);
             const auto m = on_surface(0.5 * (p.at + q.at), p.direction + q.direction,
-                                      between(p.shell, q.shell, 0.5));
+                                      between(p.place, q.place, 0.5));
             if (g < 0 || !m) return false;
             const Triangle u = faces_[g];
             const std::int32_t d = u[0] != a && u[0] != b   ? u[0]
@@ -523,12 +527,12 @@ std::int32_t CutFace::face_across(std::int32_t f, std::int32_t a, std::int32_t b
 
 // Number of the new vertex.
 std::optional<std::int32_t> CutFace::on_surface(const Vec3& start, const Vec3& way,
-                                                const ShellPoints& shell)
+                                                const Weights& place)
 {
     const auto root = form_->root_along(start, way);
     if (!root) return std::nullopt;
     const Vec3 p = form_->straightened(start + *root * way);
-    points_.push_back({p, sign_ * normalized(form_->gradient(p)), shell, 1.0});
+    points_.push_back({p, sign_ * normalized(form_->gradient(p)), place, 1.0});
     return static_cast<std::int32_t>(points_.size()) - 1;
 }
 
@@ -545,7 +549,7 @@ std::optional<CutFace::Side> CutFace::new_side(std::int32_t a, std::int32_t b, d
             const double t = static_cast<double>(i) / side.n;
             const auto v = on_surface(from.at + t * (to.at - from.at),
                                       from.direction + t * (to.direction - from.direction),
-                                      between(from.shell, to.shell, t));
+                                      between(from.place, to.place, t));
             if (!v) return std::nullopt;
             pool_.push_back(*v);
         }

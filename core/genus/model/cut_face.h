@@ -11,18 +11,17 @@
 
 namespace genus {
 
-/// A vertex of a fine mesh.
+/// A vertex of a face that is cut.
 struct FinePoint {
     Vec3 at;
     /// Along which the surfaces that meet there recede by its length of 1.
     Vec3 direction;
-    ShellPoints shell;
+    /// Where in its face of the coarse mesh it came from: the weights of the second and the third
+    /// corner.
+    Weights place{};
     /// The largest offset along `direction`, as a share of what it is where that has length 1.
     double room = 1.0;
 };
-
-/// The points from which a point between two others came: affine along the way.
-ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t);
 
 /// Pieces into which a chord of this sagitta must go; the sagitta falls with their square.
 double pieces_for(double sagitta, double limit);
@@ -83,7 +82,7 @@ private:
     bool fill_halves(const std::array<Side, 3>& sides, std::size_t most, int depth);
     bool fill_lattice(const std::array<Side, 3>& sides, std::int32_t n);
     bool place_lattice(const std::array<Side, 3>& sides, std::int32_t n);
-    void add_points(const TwoVec& p, const std::array<ShellPoints, 2>& shell);
+    void add_points(const TwoVec& p, const std::array<Weights, 2>& places);
     void add_one_by_one(const Lattice& l);
     void add_in_pairs(const Lattice& l);
     void add_pair(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d,
@@ -98,7 +97,7 @@ private:
     Vec3 swept(const std::array<Side, 3>& sides, double u, double v) const;
     std::optional<Side> new_side(std::int32_t a, std::int32_t b, double widest);
     std::optional<std::int32_t> on_surface(const Vec3& start, const Vec3& way,
-                                           const ShellPoints& shell);
+                                           const Weights& place);
     bool too_many() const { return static_cast<std::int64_t>(faces_.size()) > max_triangles_; }
     void add(const Triangle& t);
     void judge(std::int32_t f);

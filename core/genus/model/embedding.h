@@ -19,7 +19,7 @@ namespace genus {
 /// Over a prism with triangles (p_i), (q_i) the determinant is the quadratic in s, linear in
 /// barycentric b, with Bernstein coefficients n_k . (q_i - p_i), where n_0 and n_2 are the normals
 /// of the two triangles and n_1 is their mixed product: nine signs, each with its rounding and
-/// that of `FineMesh::shell` covered.
+/// that of `FineMesh::border_shell` covered.
 ///
 /// Where some determinants are not shown to be positive, the above holds for all points outside
 /// of boxes round the prisms in question; the few faces that meet these boxes are tested pair by

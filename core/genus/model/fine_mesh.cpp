@@ -20,7 +20,18 @@ constexpr double kFaceShare = 0.99;      // the same for a face
 constexpr double kMostPieces = 1 << 22;  // of one edge
 constexpr double kLongestWay = 16.0;     // of a direction
 
-using Point = FinePoint;
+// A vertex on an edge of the coarse mesh, or at its end.
+struct BorderPoint {
+    Vec3 at, direction;
+    ShellPoints shell;
+    double room = 1.0;
+};
+
+// The points from which a point between two others came: affine along the way.
+ShellPoints between(const ShellPoints& a, const ShellPoints& b, double t)
+{
+    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
+}
 
 double room_for(const Vec3& direction)
 {
@@ -87,13 +98,13 @@ public:
         return stuck;
     }
 
-    Point at_vertex(std::int32_t v) const
+    BorderPoint at_vertex(std::int32_t v) const
     {
         return {m_.mesh.vertices[v], direction_[v], shell_.at(v), room_for(direction_[v])};
     }
     std::int64_t n_vertices() const { return first_.back(); }
     std::size_t n_edges() const { return points_.size(); }
-    const std::vector<Point>& points(std::size_t e) const { return points_[e]; }
+    const std::vector<BorderPoint>& points(std::size_t e) const { return points_[e]; }
     std::int64_t first(std::size_t e) const { return first_[e]; }
     std::int32_t edge(std::int32_t side) const { return edge_of_side_[side]; }
     // The edge runs the way of the first of its sides.
@@ -116,7 +127,7 @@ private:
         return {m_.surface_of_face[s / 3], m_.surface_of_face[t / 3]};
     }
 
-    std::array<Point, 2> ends(std::size_t e) const
+    std::array<BorderPoint, 2> ends(std::size_t e) const
     {
         const std::int32_t side = table_.sides[table_.starts[e]];
         const std::int32_t a = sides_.from(side), b = sides_.to(side);
@@ -154,7 +165,7 @@ private:
         const auto [from, to] = ends(e);
         const double most_allowed = limit(e);
         double pieces = first_guess(e);
-        std::vector<Point>& points = points_[e];
+        std::vector<BorderPoint>& points = points_[e];
         for (int attempt = 0; attempt < 12; ++attempt) {
             if (!(pieces <= kMostPieces)) return false;
             const int n = static_cast<int>(pieces);
@@ -186,13 +197,14 @@ private:
         return forms_[s].distance(p);
     }
 
-    std::optional<Point> on_surface(const Vec3& start, const Vec3& way, std::int32_t label) const
+    std::optional<BorderPoint> on_surface(const Vec3& start, const Vec3& way,
+                                          std::int32_t label) const
     {
         const SurfaceForm& form = forms_[label >> 1];
         const auto t = form.root_along(start, way);
         if (!t) return std::nullopt;
         const Vec3 p = form.straightened(start + *t * way);
-        return Point{p, outward(forms_, label, p), {}, 1.0};
+        return BorderPoint{p, outward(forms_, label, p), {}, 1.0};
     }
 
     // Newton's method for the point of both surfaces in the plane through `start` across `along`:
@@ -220,8 +232,8 @@ private:
         return std::nullopt;
     }
 
-    std::optional<Point> on_curve(const Vec3& start, std::int32_t left, std::int32_t right,
-                                  const Vec3& along) const
+    std::optional<BorderPoint> on_curve(const Vec3& start, std::int32_t left, std::int32_t right,
+                                        const Vec3& along) const
     {
         auto p = in_plane(start, along, left >> 1, right >> 1);
         if (!p) return std::nullopt;
@@ -230,7 +242,7 @@ private:
         const double together = 1.0 + dot(m, n);
         if (!(together * kLongestWay > 1.0)) return std::nullopt;
         const Vec3 way = (m + n) / together;
-        return Point{*p, way, {}, room_for(way)};
+        return BorderPoint{*p, way, {}, room_for(way)};
     }
 
     const SurfaceMesh& m_;
@@ -241,7 +253,7 @@ private:
     TriangleSides sides_;
     EdgeTable table_;
     std::vector<std::int32_t> edge_of_side_;
-    std::vector<std::vector<Point>> points_;
+    std::vector<std::vector<BorderPoint>> points_;
     std::vector<std::int64_t> first_;
 };
 
@@ -298,7 +310,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
     const TriangleSides sides(coarse.mesh);
     const std::size_t n = coarse.mesh.n_faces();
     struct Part {
-        std::vector<Point> inner;
+        std::vector<FinePoint> inner;
         std::vector<Triangle> faces;
         std::vector<std::array<double, 2>> reaches;  // of the border first
     };
@@ -310,20 +322,29 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
             const std::int32_t side = sides.first(f) + i;
             const std::size_t e = static_cast<std::size_t>(edges.edge(side));
             const auto count = static_cast<std::int32_t>(edges.points(e).size());
-            take(sides.from(side), edges.at_vertex(sides.from(side)));
+            const auto place = [&](std::int32_t k) {
+                const double t = static_cast<double>(k) / (count + 1);
+                return i == 0   ? Weights{t, 0.0}
+                       : i == 1 ? Weights{1.0 - t, t}
+                                : Weights{0.0, 1.0 - t};
+            };
+            take(sides.from(side), edges.at_vertex(sides.from(side)), place(0));
             for (std::int32_t k = 0; k < count; ++k) {
                 const std::int32_t at = edges.runs_along(side) ? k : count - 1 - k;
-                take(static_cast<std::int32_t>(edges.first(e)) + at, edges.points(e)[at]);
+                take(static_cast<std::int32_t>(edges.first(e)) + at, edges.points(e)[at],
+                     place(k + 1));
             }
         }
     };
     parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
         CutFace cut(kFaceShare * tolerance, max_triangles);
-        std::vector<Point> border;
+        std::vector<FinePoint> border;
         for (std::size_t f = begin; f < end; ++f) {
             current_progress().check();
             border.clear();
-            border_of(f, [&](std::int32_t, const Point& p) { border.push_back(p); });
+            border_of(f, [&](std::int32_t, const BorderPoint& p, const Weights& place) {
+                border.push_back({p.at, p.direction, place, p.room});
+            });
             std::array<std::int32_t, 3> pieces;
             for (std::int32_t i = 0; i < 3; ++i)
                 pieces[i] = 1 + static_cast<std::int32_t>(
@@ -362,16 +383,18 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
     SurfaceMesh& s = fine.surface;
     s.mesh.vertices.resize(n_vertices);
     fine.direction.resize(n_vertices);
-    fine.shell.resize(n_vertices);
+    fine.border_shell.resize(edges.n_vertices());
+    fine.place.resize(n_vertices - edges.n_vertices());
     s.surfaces_of_vertex.resize(n_vertices);
     s.cell_size.resize(n_vertices);
     s.mesh.faces.resize(fine.first_face[n]);
     s.surface_of_face.resize(fine.first_face[n]);
     fine.reach.resize(n_vertices);
-    const auto put = [&](std::int64_t v, const Point& p, const std::array<std::int32_t, 3>& on) {
+    const auto put = [&](std::int64_t v, const BorderPoint& p,
+                         const std::array<std::int32_t, 3>& on) {
         s.mesh.vertices[v] = p.at;
         fine.direction[v] = p.direction;
-        fine.shell[v] = p.shell;
+        fine.border_shell[v] = p.shell;
         s.surfaces_of_vertex[v] = on;
     };
     std::vector<double> cell_size(n, std::numeric_limits<double>::infinity());
@@ -394,7 +417,7 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
         }
     for (std::size_t f = 0; f < n; ++f) {
         std::size_t k = 0;
-        border_of(f, [&](std::int32_t v, const Point&) {
+        border_of(f, [&](std::int32_t v, const BorderPoint&, const Weights&) {
             for (const std::size_t side : {0u, 1u})
                 fine.reach[v][side] = std::max(fine.reach[v][side], parts[f].reaches[k][side]);
             ++k;
@@ -406,11 +429,16 @@ FineMesh cut_finely(const SurfaceMesh& coarse, const Sandwich& sandwich, const C
             const Part& part = parts[f];
             const std::int32_t label = coarse.surface_of_face[f];
             number.clear();
-            border_of(f, [&](std::int32_t v, const Point&) { number.push_back(v); });
+            border_of(f, [&](std::int32_t v, const BorderPoint&, const Weights&) {
+                number.push_back(v);
+            });
             for (std::size_t k = 0; k < part.inner.size(); ++k) {
                 const std::int64_t v = fine.first_vertex[f] + static_cast<std::int64_t>(k);
                 number.push_back(static_cast<std::int32_t>(v));
-                put(v, part.inner[k], {label >> 1, -1, -1});
+                s.mesh.vertices[v] = part.inner[k].at;
+                fine.direction[v] = part.inner[k].direction;
+                fine.place[v - edges.n_vertices()] = part.inner[k].place;
+                s.surfaces_of_vertex[v] = {label >> 1, -1, -1};
                 fine.reach[v] = part.reaches[number.size() - 1];
                 s.cell_size[v] = cell_size[f];
             }

@@ -11,7 +11,7 @@
 
 namespace genus {
 
-/// How far points of `FineMesh::shell` may be from what they stand for, beside the largest
+/// How far points of `FineMesh::border_shell` may be from what they stand for, beside the largest
 /// coordinate: some roundings for each of the cuts that a face goes through.
 constexpr double kShellRounding = 0x1p-41;
 
@@ -21,9 +21,11 @@ struct FineMesh {
     /// A vector at each vertex along which each surface that meets there recedes from the solid by
     /// its length of 1: the unit normal inside a face, longer on edges and in corners.
     std::vector<Vec3> direction;
-    /// The points of the shell from which each vertex came: on K- and K+, at the same place of the
-    /// same face, but for rounding.
-    std::vector<ShellPoints> shell;
+    /// The points of the shell from which each vertex on an edge of the coarse mesh came: on K- and
+    /// K+, at the same place of the same edge, but for rounding.
+    std::vector<ShellPoints> border_shell;
+    /// The places from which the others came, in the face of K- and K+ that they were cut from.
+    std::vector<Weights> place;
     /// How far each vertex is to move outward and inward for its faces to clear their surfaces,
     /// about; one with a long `direction` has room for less.
     std::vector<std::array<double, 2>> reach;
