@@ -55,6 +55,8 @@ public:
         });
         add_up(counts);
     }
+    /// Numbers the vertices on edges alone.
+    void number() { add_up(std::vector<RowCounts>(n_slots())); }
 
     std::int64_t n_vertices() const { return first_vertex_.back()[0]; }
     std::int64_t n_triangles() const { return first_triangle_.back(); }

@@ -18,6 +18,8 @@ namespace genus {
 namespace {
 
 constexpr std::size_t kRowsPerTask = 16;
+// Rows whose faces are held a second time, before they are put in order: little enough for a cache.
+constexpr std::size_t kRowsPerBatch = 128 * kRowsPerTask;
 
 // A fan triangle lies over the rim edge from corner 0 to corner 1 and has its apex in corner 2.
 struct Fan {
@@ -50,6 +52,7 @@ struct Part {
     std::vector<Triangle> faces;
     std::vector<Fan> fans;
     std::vector<Feature> features;
+    std::vector<std::size_t> ends;  // of the faces of each row
 };
 
 std::uint64_t rim_key(std::int32_t a, std::int32_t b)
@@ -63,15 +66,13 @@ public:
     Extractor(const FieldSamples& samples, const FeatureOptions& features)
         : samples_(samples), features_(features), cells_(samples.bits())
     {
-        cells_.number([](const CrossedCell&) { return CrossedCells<TiledBits>::RowCounts{}; });
+        cells_.number();
     }
 
     IndexedMesh extract()
     {
         cross_edges();
         do {
-            mesh_.vertices.resize(slopes_.size());
-            mesh_.faces.clear();
             make_faces();
         } while (step_back());
         return std::move(mesh_);
@@ -84,22 +85,7 @@ public:
     }
 
 private:
-    void make_faces()
-    {
-        std::vector<Part> parts((cells_.n_slots() + kRowsPerTask - 1) / kRowsPerTask);
-        parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t slot = begin; slot < end; ++slot)
-                cells_.visit_row<true>(slot, [&](const CrossedCell& cell) {
-                    fill_cell(cell, parts[begin / kRowsPerTask]);
-                });
-        });
-        join(parts);
-        flip_across_features(parts);
-        features_of_cells_.clear();
-        for (const Part& part : parts)
-            features_of_cells_.insert(features_of_cells_.end(), part.features.begin(),
-                                      part.features.end());
-    }
+    void make_faces();
     bool step_back();
     Step step_of(std::int64_t cell) const
     {
@@ -120,23 +106,30 @@ private:
     bool is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const;
     void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
                  Part& part) const;
-    void join(std::vector<Part>& parts);
-    void flip_across_features(const std::vector<Part>& parts);
+    void append(Part& part, std::size_t first_slot);
+    void flip_across_features();
     bool feature_between(std::int32_t a, std::int32_t b) const;
 
     const FieldSamples& samples_;
     const FeatureOptions& features_;
+    // The cosine of a little less than half the angle of theta_sharp; beyond 1 there is none.
+    double half_theta_ = std::sqrt(std::clamp(0.5 + 0.5 * features_.theta_sharp, 0.0, 1.0)) + 1e-9;
     CrossedCells<TiledBits> cells_;
     std::vector<Slope> slopes_;                     // of the vertices on grid edges
     std::unordered_map<std::int64_t, Step> steps_;  // of cells that took one
     std::vector<Feature> features_of_cells_;
     std::vector<Fan> fans_;
+    std::vector<RowFaces> rows_;
     IndexedMesh mesh_;
 };
 
 void Extractor::cross_edges()
 {
     slopes_.resize(cells_.n_vertices());
+    // Twice as many faces as vertices, as on any closed surface, and few vertices inside cells:
+    // more would be made room for, less is not touched.
+    mesh_.vertices.reserve(slopes_.size() + slopes_.size() / 8);
+    mesh_.faces.reserve(2 * mesh_.vertices.capacity());
     mesh_.vertices.resize(slopes_.size());
     parallel_for(cells_.n_slots(), kRowsPerTask, [&](std::size_t begin, std::size_t end) {
         for (std::size_t slot = begin; slot < end; ++slot)
@@ -146,6 +139,30 @@ void Extractor::cross_edges()
                 slopes_[vertex] = {e.normal, e.on_border};
             });
     });
+}
+
+void Extractor::make_faces()
+{
+    mesh_.vertices.resize(slopes_.size());
+    mesh_.faces.clear();
+    features_of_cells_.clear();
+    fans_.clear();
+    rows_.clear();
+    std::vector<Part> parts(kRowsPerBatch / kRowsPerTask);
+    for (std::size_t first = 0; first < cells_.n_slots(); first += kRowsPerBatch) {
+        const std::size_t n = std::min(kRowsPerBatch, cells_.n_slots() - first);
+        parallel_for(n, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+            Part& part = parts[begin / kRowsPerTask];
+            for (std::size_t row = begin; row < end; ++row) {
+                cells_.visit_row<true>(first + row,
+                                       [&](const CrossedCell& cell) { fill_cell(cell, part); });
+                part.ends.push_back(part.faces.size());
+            }
+        });
+        for (std::size_t task = 0; task * kRowsPerTask < n; ++task)
+            append(parts[task], first + task * kRowsPerTask);
+    }
+    flip_across_features();
 }
 
 TangentElement Extractor::tangent_element(int axis, const GridIndex& at) const
@@ -192,6 +209,12 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
 // Has a loop a feature? The first question of feature_vertex, asked for every cell.
 bool Extractor::is_sharp(std::span<const std::int32_t> rim) const
 {
+    // All so near to one that no two are far apart.
+    const Vec3& first = slopes_[rim[0]].normal;
+    bool narrow = true;
+    for (std::size_t i = 1; i < rim.size(); ++i)
+        narrow = narrow && dot(first, slopes_[rim[i]].normal) > half_theta_;
+    if (narrow) return false;
     for (std::size_t i = 1; i < rim.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (feature_between(rim[i], rim[j])) return true;
@@ -233,28 +256,32 @@ void Extractor::add_fan(std::span<const std::int32_t> rim, const Vec3& apex, boo
     }
 }
 
-void Extractor::join(std::vector<Part>& parts)
+// Empties the part.
+void Extractor::append(Part& part, std::size_t first_slot)
 {
-    std::size_t n_vertices = mesh_.vertices.size(), n_faces = 0;
-    for (const Part& part : parts) {
-        n_vertices += part.inner.size();
-        n_faces += part.faces.size();
+    const auto first_inner = static_cast<std::int32_t>(mesh_.vertices.size());
+    const std::size_t first_face = mesh_.faces.size();
+    mesh_.vertices.insert(mesh_.vertices.end(), part.inner.begin(), part.inner.end());
+    for (Triangle face : part.faces) {
+        if (face[2] < 0) face[2] = first_inner - 1 - face[2];
+        mesh_.faces.push_back(face);
     }
-    mesh_.vertices.reserve(n_vertices);
-    mesh_.faces.reserve(n_faces);
-    for (Part& part : parts) {
-        const auto first_inner = static_cast<std::int32_t>(mesh_.vertices.size());
-        const auto first_face = static_cast<std::int64_t>(mesh_.faces.size());
-        mesh_.vertices.insert(mesh_.vertices.end(), part.inner.begin(), part.inner.end());
-        for (Triangle face : part.faces) {
-            if (face[2] < 0) face[2] = first_inner - 1 - face[2];
-            mesh_.faces.push_back(face);
-        }
-        part.inner = {};
-        part.faces = {};
-        for (Fan& fan : part.fans) fan.face += first_face;
-        for (Feature& feature : part.features) feature.vertex += first_inner;
+    for (const Fan& fan : part.fans)
+        fans_.push_back({fan.face + static_cast<std::int64_t>(first_face), fan.rim});
+    for (const Feature& f : part.features)
+        features_of_cells_.push_back({f.cell, f.vertex + first_inner, f.is_doubtful});
+    for (std::size_t n = 0; n < part.ends.size(); ++n) {
+        if (part.ends[n] == (n > 0 ? part.ends[n - 1] : 0)) continue;
+        const auto row = static_cast<std::int64_t>(samples_.bits().row_of(first_slot + n));
+        const std::int64_t length = samples_.size()[1];
+        rows_.push_back({row % length - samples_.pad(), row / length - samples_.pad(),
+                         first_face + part.ends[n]});
     }
+    part.inner.clear();
+    part.faces.clear();
+    part.fans.clear();
+    part.features.clear();
+    part.ends.clear();
 }
 
 // Looks for faces that cross. The cells of features that are in doubt take a step, or else all
@@ -282,7 +309,7 @@ bool Extractor::step_back()
         if (any) doubtful.push_back(static_cast<std::int32_t>(fan.face));
     }
     std::unordered_set<std::int64_t> cells;
-    for (const auto& [a, b] : fan_crossings(mesh_, doubtful, samples_.frame())) {
+    for (const auto& [a, b] : fan_crossings(mesh_, rows_, doubtful, samples_.frame())) {
         std::vector<std::int64_t> in_doubt, all;
         for (const std::int32_t face : {a, b})
             visit_features(face, [&](const Feature& f) {
@@ -310,11 +337,9 @@ bool Extractor::feature_between(std::int32_t a, std::int32_t b) const
 //    f  |  g    -->    f --- g       touch each other
 //     \ | /             \   /
 //       a                 a
-void Extractor::flip_across_features(const std::vector<Part>& parts)
+void Extractor::flip_across_features()
 {
     std::vector<Fan>& fans = fans_;
-    fans.clear();
-    for (const Part& part : parts) fans.insert(fans.end(), part.fans.begin(), part.fans.end());
     std::sort(fans.begin(), fans.end(), [](const Fan& x, const Fan& y) {
         return x.rim != y.rim ? x.rim < y.rim : x.face < y.face;
     });

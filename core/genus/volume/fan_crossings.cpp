@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "genus/base/box.h"
@@ -57,9 +58,9 @@ private:
 
 class Search {
 public:
-    Search(const IndexedMesh& mesh, const std::vector<std::int32_t>& doubtful,
-           const GridFrame& frame)
-        : mesh_(mesh), doubtful_(doubtful), frame_(frame)
+    Search(const IndexedMesh& mesh, const std::vector<RowFaces>& rows,
+           const std::vector<std::int32_t>& doubtful, const GridFrame& frame)
+        : mesh_(mesh), rows_(rows), doubtful_(doubtful), frame_(frame)
     {
     }
 
@@ -90,7 +91,8 @@ public:
 
 private:
     static constexpr double kRounding = 1e-9;  // of a cell
-    static constexpr std::size_t kGrain = 1 << 14;
+    static constexpr std::size_t kRows = 64;
+    static constexpr std::int64_t kWholeRow = std::numeric_limits<std::int64_t>::min();
 
     const Vec3& at(std::int32_t v) const { return mesh_.vertices[v]; }
     TrianglePoints points_of(std::int32_t f) const
@@ -122,17 +124,22 @@ private:
         for (std::int64_t k = low[2]; k <= high[2]; ++k)
             for (std::int64_t j = low[1]; j <= high[1]; ++j)
                 for (std::int64_t i = low[0]; i <= high[0]; ++i) marks.mark({i, j, k});
+        for (std::int64_t k = low[2] - 1; k <= high[2] + 1; ++k)
+            for (std::int64_t j = low[1] - 1; j <= high[1] + 1; ++j) marks.mark({kWholeRow, j, k});
     }
-    // A face of a cell without doubt has its middle there.
+    // A face without doubt has its middle in its cell or, once flipped, in one beside it.
     std::vector<std::int32_t> faces_in(const CellMarks& marks) const
     {
-        std::vector<std::vector<std::int32_t>> found((mesh_.n_faces() + kGrain - 1) / kGrain);
-        parallel_for(mesh_.n_faces(), kGrain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t f = begin; f < end; ++f) {
-                const Triangle& t = mesh_.faces[f];
-                const Vec3 middle = (1.0 / 3.0) * (at(t[0]) + at(t[1]) + at(t[2]));
-                if (marks.has(cell_of(middle, frame_, 0.0)))
-                    found[begin / kGrain].push_back(static_cast<std::int32_t>(f));
+        std::vector<std::vector<std::int32_t>> found((rows_.size() + kRows - 1) / kRows);
+        parallel_for(rows_.size(), kRows, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t r = begin; r < end; ++r) {
+                if (!marks.has({kWholeRow, rows_[r].j, rows_[r].k})) continue;
+                for (std::size_t f = r > 0 ? rows_[r - 1].end : 0; f < rows_[r].end; ++f) {
+                    const Triangle& t = mesh_.faces[f];
+                    const Vec3 middle = (1.0 / 3.0) * (at(t[0]) + at(t[1]) + at(t[2]));
+                    if (marks.has(cell_of(middle, frame_, 0.0)))
+                        found[begin / kRows].push_back(static_cast<std::int32_t>(f));
+                }
             }
         });
         std::vector<std::int32_t> faces = doubtful_;
@@ -142,6 +149,7 @@ private:
         return faces;
     }
     const IndexedMesh& mesh_;
+    const std::vector<RowFaces>& rows_;
     const std::vector<std::int32_t>& doubtful_;
     const GridFrame& frame_;
 };
@@ -149,10 +157,11 @@ private:
 }  // namespace
 
 std::vector<std::pair<std::int32_t, std::int32_t>> fan_crossings(
-    const IndexedMesh& mesh, const std::vector<std::int32_t>& doubtful, const GridFrame& frame)
+    const IndexedMesh& mesh, const std::vector<RowFaces>& rows,
+    const std::vector<std::int32_t>& doubtful, const GridFrame& frame)
 {
     if (doubtful.empty()) return {};
-    return Search(mesh, doubtful, frame).run();
+    return Search(mesh, rows, doubtful, frame).run();
 }
 
 }  // namespace genus
