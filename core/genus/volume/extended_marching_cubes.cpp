@@ -1,7 +1,9 @@
 #include "genus/volume/extended_marching_cubes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -19,7 +21,7 @@ namespace {
 
 constexpr std::size_t kRowsPerTask = 16;
 // Rows whose faces are held a second time, before they are put in order: little enough for a cache.
-constexpr std::size_t kRowsPerBatch = 128 * kRowsPerTask;
+constexpr std::size_t kRowsPerBatch = 64 * kRowsPerTask;
 
 // A fan triangle lies over the rim edge from corner 0 to corner 1 and has its apex in corner 2.
 struct Fan {
@@ -36,10 +38,19 @@ struct Feature {
     bool is_doubtful;
 };
 
-// How the surface lies at a vertex on a grid edge.
+// How the surface lies at a vertex on a grid edge: enough to see whether an edge passes between
+// two, in half the memory of what is exact. That is asked for again in the few cells with a
+// feature.
 struct Slope {
-    Vec3 normal;
+    std::array<float, 3> normal;
     bool on_border;
+
+    friend double dot(const Slope& a, const Slope& b)
+    {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) sum += double{a.normal[i]} * double{b.normal[i]};
+        return sum;
+    }
 };
 
 // What a cell may do with its feature: it takes the next step where faces cross.
@@ -101,9 +112,15 @@ private:
     void cross_edges();
     TangentElement tangent_element(int axis, const GridIndex& at) const;
     void fill_cell(const CrossedCell& cell, Part& part) const;
+    Box3 box_of(const CrossedCell& cell) const
+    {
+        return {samples_.point(cell.i, cell.j, cell.k),
+                samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
+    }
     bool is_sharp(std::span<const std::int32_t> rim) const;
-    Vec3 feature_of(std::span<const std::int32_t> rim, const Box3& box, Step step) const;
-    bool is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const;
+    std::optional<Vec3> feature_of(std::span<const std::int32_t> rim, const CrossedCell& cell,
+                                   Step step) const;
+    bool is_within(const Vec3& p, const CrossedCell& cell) const;
     void add_fan(std::span<const std::int32_t> rim, const Vec3& apex, bool feature,
                  Part& part) const;
     void append(Part& part, std::size_t first_slot);
@@ -136,7 +153,9 @@ void Extractor::cross_edges()
             cells_.visit_edges(slot, [&](std::int64_t vertex, int axis, int i, int j, int k) {
                 const TangentElement e = tangent_element(axis, {i, j, k});
                 mesh_.vertices[vertex] = e.point;
-                slopes_[vertex] = {e.normal, e.on_border};
+                for (std::size_t c = 0; c < 3; ++c)
+                    slopes_[vertex].normal[c] = static_cast<float>(e.normal[c]);
+                slopes_[vertex].on_border = e.on_border;
             });
     });
 }
@@ -187,14 +206,13 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
         const std::size_t n = loop.edges.size();
         for (std::size_t i = 0; i < n; ++i) vertices[i] = cell.vertex[loop.edges[i]];
         const std::span<const std::int32_t> rim = std::span(vertices).first(n);
-        if (step != Step::None && is_sharp(rim)) {
-            const Box3 box{samples_.point(cell.i, cell.j, cell.k),
-                           samples_.point(cell.i + 1, cell.j + 1, cell.k + 1)};
-            const Vec3 feature = feature_of(rim, box, step);
+        const std::optional<Vec3> feature =
+            step != Step::None && is_sharp(rim) ? feature_of(rim, cell, step) : std::nullopt;
+        if (feature) {
             const bool shares = found_case.loops.size() > 1 || kAmbiguousFaces[cell.cube] != 0;
             part.features.push_back({number(cell), static_cast<std::int32_t>(part.inner.size()),
-                                     shares || !is_within(feature, cell, box)});
-            add_fan(rim, feature, true, part);
+                                     shares || !is_within(*feature, cell)});
+            add_fan(rim, *feature, true, part);
         } else if (loop.triangles.empty()) {
             Vec3 sum;
             for (const std::int32_t v : rim) sum += mesh_.vertices[v];
@@ -210,10 +228,10 @@ void Extractor::fill_cell(const CrossedCell& cell, Part& part) const
 bool Extractor::is_sharp(std::span<const std::int32_t> rim) const
 {
     // All so near to one that no two are far apart.
-    const Vec3& first = slopes_[rim[0]].normal;
+    const Slope& first = slopes_[rim[0]];
     bool narrow = true;
     for (std::size_t i = 1; i < rim.size(); ++i)
-        narrow = narrow && dot(first, slopes_[rim[i]].normal) > half_theta_;
+        narrow = narrow && dot(first, slopes_[rim[i]]) > half_theta_;
     if (narrow) return false;
     for (std::size_t i = 1; i < rim.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
@@ -221,22 +239,30 @@ bool Extractor::is_sharp(std::span<const std::int32_t> rim) const
     return false;
 }
 
-Vec3 Extractor::feature_of(std::span<const std::int32_t> rim, const Box3& box, Step step) const
+// None if the exact normals lie in one cone after all.
+std::optional<Vec3> Extractor::feature_of(std::span<const std::int32_t> rim,
+                                          const CrossedCell& cell, Step step) const
 {
+    const Implicit& field = samples_.field_at(cell.i, cell.j, cell.k);
     std::array<TangentElement, 12> found;
     for (std::size_t i = 0; i < rim.size(); ++i) {
         const Slope& slope = slopes_[rim[i]];
-        found[i] = {mesh_.vertices[rim[i]], slope.normal, slope.on_border};
+        const Vec3& p = mesh_.vertices[rim[i]];
+        // On the border a normal is an axis.
+        const auto [x, y, z] = slope.normal;
+        found[i] = {p, slope.on_border ? Vec3{{x, y, z}} : normalized(field.gradient(p)),
+                    slope.on_border};
     }
-    return *feature_vertex(samples_.field(), samples_.level(), std::span(found).first(rim.size()),
-                           box, features_,
-                           step == Step::Near ? FeatureRoom::Near : FeatureRoom::Inside);
+    return feature_vertex(samples_.field(), samples_.level(), std::span(found).first(rim.size()),
+                          box_of(cell), features_,
+                          step == Step::Near ? FeatureRoom::Near : FeatureRoom::Inside);
 }
 
 // Strictly, and the cell is one of the grid: those of the layer round it have their rims in one
 // plane.
-bool Extractor::is_within(const Vec3& p, const CrossedCell& cell, const Box3& box) const
+bool Extractor::is_within(const Vec3& p, const CrossedCell& cell) const
 {
+    const Box3 box = box_of(cell);
     for (std::size_t i = 0; i < 3; ++i)
         if (!(p[i] > box.min[i] && p[i] < box.max[i])) return false;
     return samples_.is_true(cell.i, cell.j, cell.k) &&
@@ -327,7 +353,7 @@ bool Extractor::step_back()
 // Does the sharp edge pass between two neighbouring crossings?
 bool Extractor::feature_between(std::int32_t a, std::int32_t b) const
 {
-    return dot(slopes_[a].normal, slopes_[b].normal) < features_.theta_sharp;
+    return dot(slopes_[a], slopes_[b]) < features_.theta_sharp;
 }
 
 // Two fans over one rim edge: join their apexes instead, unless they are joined already.
