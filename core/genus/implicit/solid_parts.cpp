@@ -1,9 +1,15 @@
 #include "genus/implicit/solid_parts.h"
 
+#include <algorithm>
+#include <limits>
 #include <optional>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
+#include "genus/base/halves.h"
 #include "genus/implicit/function.h"
+#include "genus/implicit/half_space_of.h"
 #include "genus/implicit/jump_parts.h"
 
 namespace genus {
@@ -98,6 +104,123 @@ private:
     std::size_t n_leaves_ = 0;
 };
 
+// Drops what the other parts leave without volume, as the empty half of a ball behind a plane that
+// touches it, and sides that the others never reach.
+class Pruner {
+public:
+    explicit Pruner(const Box3& box) : box_(box) {}
+
+    // What of `parts` has volume within all of `others`; nothing if none has.
+    std::optional<SmoothParts> pruned(const SmoothParts& parts, std::vector<SmoothParts> others)
+    {
+        if (parts.kind == Kind::Leaf) {
+            others.push_back(parts);
+            if (!has_volume(others)) return std::nullopt;
+            return parts;
+        }
+        SmoothParts out{parts.kind, {}, {}};
+        if (parts.kind == Kind::Min) {
+            for (const SmoothParts& part : parts.parts)
+                if (auto kept = pruned(part, others)) out.parts.push_back(std::move(*kept));
+            if (out.parts.empty()) return std::nullopt;
+            return out;
+        }
+        // Of an intersection the leaves are each within the others.
+        std::vector<SmoothParts> leaves, rest;
+        for (const SmoothParts& part : parts.parts)
+            (part.kind == Kind::Leaf ? leaves : rest).push_back(part);
+        std::vector<SmoothParts> all = others;
+        all.insert(all.end(), leaves.begin(), leaves.end());
+        if (!leaves.empty() && !has_volume(all)) return std::nullopt;
+        for (std::size_t n = 0; n < leaves.size();) {
+            SmoothParts& own = all[others.size() + n];
+            own.negated = !own.negated;
+            const bool cuts = has_volume(all);
+            own.negated = !own.negated;
+            if (cuts || leaves.size() + rest.size() == 1) {
+                ++n;
+                continue;
+            }
+            all.erase(all.begin() + static_cast<std::ptrdiff_t>(others.size() + n));
+            leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(n));
+        }
+        for (const SmoothParts& part : rest) {
+            auto kept = pruned(part, all);
+            if (!kept) return std::nullopt;
+            out.parts.push_back(std::move(*kept));
+        }
+        out.parts.insert(out.parts.end(), leaves.begin(), leaves.end());
+        return out;
+    }
+
+private:
+    static constexpr std::size_t kMostBoxes = 200;
+
+    // Not shown by bounds that one of the leaves is positive at each place of the box, but for what
+    // rounding adds to them. Planes along the axes cut the box exactly.
+    bool has_volume(const std::vector<SmoothParts>& leaves)
+    {
+        Box3 box = box_;
+        std::vector<std::pair<const Function*, bool>> functions;
+        for (const SmoothParts& leaf : leaves)
+            if (!cut(leaf, box)) functions.emplace_back(&function_of(leaf.leaf), leaf.negated);
+        if (is_flat(box)) return false;
+        std::vector<Box3> open{box};
+        for (std::size_t n = 0; !open.empty(); ++n) {
+            if (n == kMostBoxes) return true;
+            const Box3 part = open.back();
+            open.pop_back();
+            const auto is_outside = [&](const auto& f) {
+                const Interval range = f.first->bound(part);
+                const double slack =
+                    16.0 * std::numeric_limits<double>::epsilon() * range.magnitude();
+                return f.second ? range.hi <= slack : range.lo >= -slack;
+            };
+            if (std::any_of(functions.begin(), functions.end(), is_outside)) continue;
+            const auto [low, high] = halves(part);
+            open.push_back(high);
+            open.push_back(low);
+        }
+        return false;
+    }
+
+    static bool is_flat(const Box3& box)
+    {
+        for (std::size_t i = 0; i < 3; ++i)
+            if (!(box.min[i] < box.max[i])) return true;
+        return false;
+    }
+
+    // Cuts the box to the leaf, if that is a half-space with an axis for a normal.
+    static bool cut(const SmoothParts& leaf, Box3& box)
+    {
+        const auto half = half_space_of(leaf.leaf);
+        if (!half) return false;
+        const auto c = half->polynomial();  // g x + h y + i z + j
+        std::size_t axis = 3;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (c[6 + i] == 0.0) continue;
+            if (axis < 3) return false;
+            axis = i;
+        }
+        if (axis == 3) return false;
+        const double place = -c[9] / c[6 + axis];
+        if ((c[6 + axis] > 0.0) != leaf.negated)
+            box.max[axis] = std::min(box.max[axis], place);
+        else
+            box.min[axis] = std::max(box.min[axis], place);
+        return true;
+    }
+
+    const Function& function_of(const Expression& e)
+    {
+        return functions_.try_emplace(&e.node(), e).first->second;
+    }
+
+    const Box3& box_;
+    std::unordered_map<const Expression::Node*, Function> functions_;
+};
+
 }  // namespace
 
 SmoothParts solid_parts(const Expression& expression, const Box3& box)
@@ -105,7 +228,8 @@ SmoothParts solid_parts(const Expression& expression, const Box3& box)
     Splitter splitter(box);
     if (!splitter.jumps(expression)) return smooth_parts(expression, box);
     const std::optional<SmoothParts> parts = splitter.split(expression);
-    return parts && all_finite(*parts, box) ? *parts : as_leaf(expression);
+    if (!parts || !all_finite(*parts, box)) return as_leaf(expression);
+    return Pruner(box).pruned(*parts, {}).value_or(as_leaf(1.0));
 }
 
 }  // namespace genus
