@@ -47,14 +47,21 @@ public:
         return out;
     }
 
-    bool jumps(const Expression& e) const
-    {
-        return may_jump(e) && jump_at_border(Function(e), box_);
-    }
+    // Where it is the border, or would be but for other parts: there a step is not seldom zero in
+    // all of a piece of space.
+    bool jumps(const Expression& e) const { return may_jump(e) && any_jumps(lifted_parts(e)); }
 
 private:
     static constexpr int kMostCuts = 12;  // one inside the other
     static constexpr std::size_t kMostLeaves = 256, kMostPieces = 64;
+
+    bool any_jumps(const SmoothParts& parts) const
+    {
+        if (parts.kind == Kind::Leaf)
+            return may_jump(parts.leaf) && jump_at_border(Function(parts.leaf), box_);
+        return std::any_of(parts.parts.begin(), parts.parts.end(),
+                           [&](const SmoothParts& part) { return any_jumps(part); });
+    }
 
     void add_sides(const JumpPiece& piece, SmoothParts& to)
     {
@@ -110,51 +117,61 @@ class Pruner {
 public:
     explicit Pruner(const Box3& box) : box_(box) {}
 
-    // What of `parts` has volume within all of `others`; nothing if none has.
+    // What of `parts` has volume within all of `others`: nothing if none has, a negative number if
+    // it fills them.
     std::optional<SmoothParts> pruned(const SmoothParts& parts, std::vector<SmoothParts> others)
     {
+        SmoothParts out{parts.kind, {}, {}};
         if (parts.kind == Kind::Leaf) {
             others.push_back(parts);
             if (!has_volume(others)) return std::nullopt;
-            return parts;
+            return cuts(others, others.size() - 1) ? parts : as_leaf(-1.0);
         }
-        SmoothParts out{parts.kind, {}, {}};
         if (parts.kind == Kind::Min) {
-            for (const SmoothParts& part : parts.parts)
-                if (auto kept = pruned(part, others)) out.parts.push_back(std::move(*kept));
+            for (const SmoothParts& part : parts.parts) {
+                auto kept = pruned(part, others);
+                if (!kept) continue;
+                if (is_full(*kept)) return kept;
+                out.parts.push_back(std::move(*kept));
+            }
             if (out.parts.empty()) return std::nullopt;
             return out;
         }
-        // Of an intersection the leaves are each within the others.
-        std::vector<SmoothParts> leaves, rest;
+        // Of an intersection all are within the leaves.
+        const std::size_t first = others.size();
+        std::vector<SmoothParts>& all = others;
         for (const SmoothParts& part : parts.parts)
-            (part.kind == Kind::Leaf ? leaves : rest).push_back(part);
-        std::vector<SmoothParts> all = others;
-        all.insert(all.end(), leaves.begin(), leaves.end());
-        if (!leaves.empty() && !has_volume(all)) return std::nullopt;
-        for (std::size_t n = 0; n < leaves.size();) {
-            SmoothParts& own = all[others.size() + n];
-            own.negated = !own.negated;
-            const bool cuts = has_volume(all);
-            own.negated = !own.negated;
-            if (cuts || leaves.size() + rest.size() == 1) {
-                ++n;
-                continue;
-            }
-            all.erase(all.begin() + static_cast<std::ptrdiff_t>(others.size() + n));
-            leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(n));
-        }
-        for (const SmoothParts& part : rest) {
+            if (part.kind == Kind::Leaf) all.push_back(part);
+        if (!has_volume(all)) return std::nullopt;
+        for (std::size_t n = all.size(); n-- > first;)
+            if (!cuts(all, n)) all.erase(all.begin() + static_cast<std::ptrdiff_t>(n));
+        for (const SmoothParts& part : parts.parts) {
+            if (part.kind == Kind::Leaf) continue;
             auto kept = pruned(part, all);
             if (!kept) return std::nullopt;
-            out.parts.push_back(std::move(*kept));
+            if (!is_full(*kept)) out.parts.push_back(std::move(*kept));
         }
-        out.parts.insert(out.parts.end(), leaves.begin(), leaves.end());
-        return out;
+        out.parts.insert(out.parts.end(), all.begin() + static_cast<std::ptrdiff_t>(first),
+                         all.end());
+        return out.parts.empty() ? as_leaf(-1.0) : out;
     }
 
 private:
     static constexpr std::size_t kMostBoxes = 200;
+
+    static bool is_full(const SmoothParts& parts)
+    {
+        return parts.kind == Kind::Leaf && parts.leaf.number() && *parts.leaf.number() < 0.0;
+    }
+
+    // Does a leaf take anything with volume from the others?
+    bool cuts(std::vector<SmoothParts>& leaves, std::size_t n)
+    {
+        leaves[n].negated = !leaves[n].negated;
+        const bool any = has_volume(leaves);
+        leaves[n].negated = !leaves[n].negated;
+        return any;
+    }
 
     // Not shown by bounds that one of the leaves is positive at each place of the box, but for what
     // rounding adds to them. Planes along the axes cut the box exactly.

@@ -36,20 +36,21 @@ Box3 room_round(const Box3& box)
 
 class GridRoad {
 public:
-    GridRoad(const Solid& solid, const Box3& box, const MeshOptions& options, MeshedSolid& result)
+    GridRoad(const Solid& solid, const Box3& box, const MeshOptions& options,
+             const std::optional<Vec3>& jump, MeshedSolid& result)
         : options_(options),
           result_(result),
           clock_(result.seconds),
           field_(solid),
           formula_(field_),
           box_(room_round(box)),
-          cube_(cell_cube(box_))
+          cube_(cell_cube(box_)),
+          jump_(jump)
     {
         for (const Surface& s : field_.surfaces()) {
             forms_.emplace_back(s, cube_);
             is_polynomial_ = is_polynomial_ && !s.function;
         }
-        jump_ = jump_at_border(field_, box_);
         is_plain_ = jump_ && options.method == MeshMethod::Auto;
         clock_.end("field");
     }
@@ -244,9 +245,9 @@ std::optional<Vec3> jump_at_border(const CsgField& field, const Box3& box)
 }
 
 void mesh_over_grid(const Solid& solid, const Box3& box, const MeshOptions& options,
-                    MeshedSolid& result)
+                    const std::optional<Vec3>& jump, MeshedSolid& result)
 {
-    GridRoad(solid, box, options, result).run();
+    GridRoad(solid, box, options, jump, result).run();
 }
 
 }  // namespace genus

@@ -21,9 +21,10 @@ std::optional<Vec3> jump_at_border(const CsgField& field, const Box3& box);
 /// Where a jump is the border, normals mean nothing and marching cubes stays plain: its vertices
 /// are where the side changes, its edges nearer by the cell only. If that would take more than some
 /// million faces, it is not begun.
-/// Fills mesh, error, seconds and explanation of `result`, whose tolerance is given.
-/// Throws ToleranceNotMet if no grid within `max_triangles` will do, with the place of a jump.
+/// `jump` is what jump_at_border says of the field of the solid. Fills mesh, error, seconds and
+/// explanation of `result`, whose tolerance is given. Throws ToleranceNotMet if no grid within
+/// `max_triangles` will do, with the place of a jump.
 void mesh_over_grid(const Solid& solid, const Box3& box, const MeshOptions& options,
-                    MeshedSolid& result);
+                    const std::optional<Vec3>& jump, MeshedSolid& result);
 
 }  // namespace genus

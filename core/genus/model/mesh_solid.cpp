@@ -21,6 +21,7 @@
 #include "genus/model/freeform_mesh.h"
 #include "genus/model/grid_road.h"
 #include "genus/model/parts_apart.h"
+#include "genus/model/planar_functions.h"
 #include "genus/model/queries.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
@@ -99,7 +100,7 @@ public:
 
     bool has_function() const { return has_function_; }
     /// Where the border is a jump nothing can be proven.
-    bool has_jump(const Box3& box) const { return jump_at_border(field_, box).has_value(); }
+    std::optional<Vec3> jump(const Box3& box) const { return jump_at_border(field_, box); }
 
     void run()
     {
@@ -434,11 +435,12 @@ void mesh_curved(const Solid& solid, const Box3& box, const MeshOptions& options
                  MeshedSolid& result)
 {
     Road road(solid, box, options, result);
+    const std::optional<Vec3> jump = road.jump(box);
     const auto over_grid = [&] {
         result.method = "emc";
-        mesh_over_grid(solid, box, options, result);
+        mesh_over_grid(solid, box, options, jump, result);
     };
-    if (road.has_function() && road.has_jump(box)) return over_grid();
+    if (jump) return over_grid();
     const double asked = result.tolerance;
     if (road.has_function())
         result.tolerance = std::min(result.tolerance, kCoarsestFunction * box.diagonal());
@@ -477,6 +479,26 @@ void mesh_apart(const std::vector<Solid>& parts, const MeshOptions& options, Mes
                      [](const auto& x, const auto& y) { return x.second > y.second; });
     result.explanation.add("parts that are apart meshed one by one",
                            static_cast<std::int64_t>(parts.size()), "parts");
+}
+
+// By the exact boolean, if functions are all planes: not certified where corners had to be rounded.
+// Nothing if another way was asked for, or the solid is no such.
+std::optional<MeshedSolid> mesh_planes(const Solid& solid, const MeshOptions& options,
+                                       const MeshedSolid& planned)
+{
+    if (options.method != MeshMethod::Auto && options.method != MeshMethod::Boolean)
+        return std::nullopt;
+    const std::optional<Solid> polyhedra = as_polyhedra(solid);
+    if (!polyhedra) return std::nullopt;
+    MeshOptions own = options;
+    own.plan = false;
+    own.region.reset();
+    own.tolerance = planned.tolerance;
+    MeshedSolid result = mesh_solid(*polyhedra, own);
+    result.explanation.entries.insert(result.explanation.entries.begin(),
+                                      planned.explanation.entries.begin(),
+                                      planned.explanation.entries.end());
+    return result;
 }
 
 // Coordinates of curved solids are rounded; what is asked for must leave room for that.
@@ -525,6 +547,8 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
     result.tolerance = options.tolerance.value_or(1e-3 * box.diagonal());
     result.error.certified = true;
     if (planned.is_empty() || box.empty() || box.diagonal() == 0.0) return result;
+    std::optional<MeshedSolid> flat = mesh_planes(planned, options, result);
+    if (flat && flat->error.certified) return *flat;
     if (options.method == MeshMethod::Auto && !is_polyhedral(planned)) {
         const std::vector<Solid> parts = parts_apart(planned, 2.0 * result.tolerance);
         if (parts.size() > 1) {
@@ -564,11 +588,12 @@ MeshedSolid mesh_solid(const Solid& solid, const MeshOptions& options)
             mesh_by_boolean(planned, box, mesh_smooth_part, result);
         } else if (options.method == MeshMethod::Emc || options.method == MeshMethod::Mc) {
             result.method = options.method == MeshMethod::Mc ? "mc" : "emc";
-            mesh_over_grid(planned, box, options, result);
+            mesh_over_grid(planned, box, options, jump_at_border(CsgField(planned), box), result);
         } else {
             mesh_curved(planned, box, options, result);
         }
     } catch (const ToleranceNotMet& failure) {
+        if (flat) return *flat;
         throw ToleranceNotMet(failure.what(), asked, failure.reached(), failure.where());
     }
     result.tolerance = asked;

@@ -145,6 +145,44 @@ TEST(JumpParts, OfAPeriodAreBetweenThePlanesThatCount)
     }
 }
 
+std::size_t n_leaves(const SmoothParts& p)
+{
+    if (p.kind == SmoothParts::Kind::Leaf) return 1;
+    std::size_t n = 0;
+    for (const SmoothParts& part : p.parts) n += n_leaves(part);
+    return n;
+}
+
+// What others leave without volume is dropped, whether it touches them or is out of their reach.
+TEST(JumpParts, WithoutVolumeAreDropped)
+{
+    const Box3 box{{{-2, -2, -2}}, {{2, 2, 2}}};
+    const struct {
+        const char* text;
+        std::size_t leaves;
+    } cases[] = {
+        // The ball and its halves: x <= -1/2; 0 <= x <= 1/2. At x = 1 and -1 planes touch it.
+        {"max(mod(x, 1) - 0.5, x^2 + y^2 + z^2 - 1)", 4},
+        // A cylinder between planes; on x = 1 and -1 only its axis would be left.
+        {"round(x)^2 + y^2 + z^2 - 1", 3},
+        {"max(floor(x), x^2 + y^2 + z^2 - 1)", 1},
+        {"max(floor(x + 1), 1 - x^2 - y^2 - z^2)", 2},
+    };
+    for (const auto& c : cases) {
+        SCOPED_TRACE(c.text);
+        const Expression e = parse_expression(c.text);
+        const SmoothParts parts = solid_parts(e, box);
+        EXPECT_EQ(n_leaves(parts), c.leaves);
+        const Function f(e);
+        std::mt19937 random(5);
+        std::uniform_real_distribution coordinate(-2.0, 2.0);
+        for (int n = 0; n < 2000; ++n) {
+            const Vec3 p{{coordinate(random), coordinate(random), coordinate(random)}};
+            ASSERT_EQ(is_inside(parts, p), f.value(p) <= 0.0) << p[0] << ' ' << p[1] << ' ' << p[2];
+        }
+    }
+}
+
 TEST(HalfSpaceOf, IsThatOfPolynomialsOfDegreeOne)
 {
     const auto half = half_space_of(parse_expression("2*(x - 3*y)/4 - (1 - z) + 0*x"));

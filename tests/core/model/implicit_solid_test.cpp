@@ -182,12 +182,60 @@ TEST(ImplicitSolid, JumpsAndPolesAreExactPlaces)
         EXPECT_NEAR(volume(made.mesh), c.volume, 1e-9);
         EXPECT_EQ(topology(made.mesh).euler, c.euler);
     }
+    // Wedges that touch along lines and in corners, three and more of them.
+    const struct {
+        const char* text;
+        double volume;
+        int wedges;
+    } touching[] = {{"mod(x, 1) + mod(y, 1) - 1", 32, 16},
+                    {"mod(x, 1) + mod(y, 1) + mod(z, 1) - 1", 64.0 / 6.0, 64}};
+    for (const auto& c : touching) {
+        SCOPED_TRACE(c.text);
+        const MeshedSolid made = meshed(formula(c.text, 2), 0.05);
+        EXPECT_TRUE(made.error.certified);
+        EXPECT_NEAR(volume(made.mesh), c.volume, 1e-9);
+        EXPECT_EQ(topology(made.mesh).euler, 2 * c.wedges);
+    }
     // Two half balls of different size.
     const MeshedSolid step = meshed(formula("x^2 + y^2 + z^2 - 1 - 0.1*sign(x)", 1.5), 0.05);
     EXPECT_TRUE(step.error.certified);
     const double expected =
         2.0 / 3.0 * kPi * (std::pow(std::sqrt(1.1), 3) + std::pow(std::sqrt(0.9), 3));
     EXPECT_NEAR(volume(step.mesh), expected, 14 * step.error.bound);
+}
+
+// Planes of a jump that touch a ball from outside cut nothing off it, and leave nothing of it.
+TEST(ImplicitSolid, JumpsThatTouchOtherSurfacesAreNoTrouble)
+{
+    const MeshedSolid slices =
+        meshed(formula("max(mod(x, 1) - 0.5, x^2 + y^2 + z^2 - 1)", 2), 0.05);
+    EXPECT_TRUE(slices.error.certified);
+    EXPECT_EQ(topology(slices.mesh).euler, 4);
+    // The halves of the ball on either side of x = 1/2.
+    EXPECT_NEAR(volume(slices.mesh), 2.0 / 3.0 * kPi, 8 * kPi * slices.error.bound);
+    const MeshedSolid drum = meshed(formula("round(x)^2 + y^2 + z^2 - 1", 2), 0.05);
+    EXPECT_TRUE(drum.error.certified);
+    EXPECT_EQ(topology(drum.mesh).euler, 2);
+    EXPECT_NEAR(volume(drum.mesh), kPi, 4 * kPi * drum.error.bound);
+}
+
+// Of planes alone the exact boolean has all corners.
+TEST(ImplicitSolid, PlanesAreMeshedExactly)
+{
+    const MeshedSolid diamond = meshed(formula("abs(x) + abs(y) + abs(z) - 1", 1.5), 0.1);
+    EXPECT_EQ(diamond.method, "boolean");
+    EXPECT_EQ(diamond.mesh.n_faces(), 8u);
+    EXPECT_DOUBLE_EQ(volume(diamond.mesh), 4.0 / 3.0);
+    const MeshedSolid moved =
+        meshed(transformed(subtract({formula("abs(x) + abs(y) - 1", 1), cube({{1, 1, 1}})}),
+                           translation({{8, 0, 0}})),
+               0.1);
+    EXPECT_EQ(moved.method, "boolean");
+    EXPECT_DOUBLE_EQ(volume(moved.mesh), 4.0 - 0.5);
+    // Corners that are no doubles are for the cells.
+    const MeshedSolid slanted = meshed(formula("x/3 + y/7 + z/11 - 0.1", 1), 0.1);
+    EXPECT_TRUE(slanted.error.certified);
+    EXPECT_EQ(slanted.method, "cells");
 }
 
 // Poles without end, and jumps inside other functions: a mesh of plain marching cubes whose
