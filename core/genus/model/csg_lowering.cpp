@@ -343,7 +343,10 @@ struct Frame {
 
 class TreeWriter {
 public:
-    LoweredTree write(const Solid& solid)
+    /// `by_leaf`: terms name leaves, not surfaces.
+    explicit TreeWriter(bool by_leaf) : by_leaf_(by_leaf) {}
+
+    TreeOfLeaves write(const Solid& solid)
     {
         open(&solid.node(), Transform{}, false);
         Gathered result;
@@ -378,15 +381,25 @@ private:
         require(leaves_ <= kMostLeaves, "solid: more than 10^7 leaves");
         const auto [node, map] = below_transforms(*top, above);
         if (auto planes = as_half_spaces(node->shape)) {
-            expanded_.push_back(std::move(*planes));
-            open(&expanded_.back().node(), map, negated);
+            out_.expanded.push_back(std::move(*planes));
+            open(&out_.expanded.back().node(), map, negated);
             return;
         }
         const bool is_union = std::holds_alternative<Union>(node->shape) ||
                               std::holds_alternative<Empty>(node->shape);
         stack_.push_back({node, map, negated, 0, {is_union == negated, {}}});
         if (parts_of(*node).empty() && !std::holds_alternative<Empty>(node->shape))
-            stack_.back().gathered = leaf(node->shape, map, negated);
+            stack_.back().gathered =
+                by_leaf_ ? named_leaf(*node, map, negated) : leaf(node->shape, map, negated);
+    }
+
+    Gathered named_leaf(const Node& node, const Transform& map, bool negated)
+    {
+        require(!std::holds_alternative<ImplicitShape>(node.shape),
+                "a function is no intersection of surfaces");
+        const auto number = static_cast<std::int32_t>(out_.leaves.size());
+        out_.leaves.push_back({&node, map, leaf(node.shape, map, false).terms});
+        return {!negated, {{number, true, negated}}};
     }
 
     Gathered leaf(const Shape& shape, const Transform& map, bool negated)
@@ -452,8 +465,8 @@ private:
         return static_cast<std::int32_t>(out_.instructions.size()) - 1;
     }
 
-    std::vector<Solid> expanded_;  // what stands for leaves of the tree
-    LoweredTree out_;
+    bool by_leaf_;
+    TreeOfLeaves out_;
     SurfaceIndex index_{out_.surfaces};
     std::vector<Frame> stack_;
     std::size_t leaves_ = 0;
@@ -491,7 +504,13 @@ std::vector<Surface> leaf_surfaces(const Shape& shape, const Transform& map)
 
 LoweredTree lower(const Solid& solid)
 {
-    return TreeWriter().write(solid);
+    TreeOfLeaves tree = TreeWriter(false).write(solid);
+    return {std::move(tree.surfaces), std::move(tree.instructions)};
+}
+
+TreeOfLeaves lower_to_leaves(const Solid& solid)
+{
+    return TreeWriter(true).write(solid);
 }
 
 }  // namespace genus

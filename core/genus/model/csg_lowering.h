@@ -17,6 +17,23 @@ struct LoweredTree {
 /// more than 10^7 leaves once shared parts are written out.
 LoweredTree lower(const Solid& solid);
 
+/// A leaf of a tree, and its surfaces among those of the tree: it is where none of them, negated
+/// where that is said, is positive.
+struct PlacedLeaf {
+    const Node* node;
+    Transform map;
+    std::vector<CsgField::Term> surfaces;
+};
+/// The same with leaves for terms: `is_surface` tells a leaf from an instruction.
+struct TreeOfLeaves {
+    std::vector<PlacedLeaf> leaves;
+    std::vector<Surface> surfaces;  // in the order of `lower`
+    std::vector<CsgField::Instruction> instructions;
+    std::vector<Solid> expanded;  // keeps nodes that are not in the tree
+};
+/// As `lower`; `solid` must outlive the result. Throws InvalidInput for functions, too.
+TreeOfLeaves lower_to_leaves(const Solid& solid);
+
 /// What lies below the transforms and colours on top of a tree, and the map that these make.
 struct PlacedNode {
     const Node* node;
