@@ -56,7 +56,7 @@ constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kWideShare = 0.5;     // of that, between a face made wide and its surface
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
-constexpr int kQuickAttempts = 3, kWideAttempts = 2;
+constexpr int kQuickAttempts = 3, kWideAttempts = 2, kMostHalvings = 4;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.82, kWideCosineSeveral = 0.9;
@@ -125,14 +125,15 @@ public:
     }
 
 private:
-    // A guess at the coarse mesh takes a third of the time of cells, and most often does.
+    // A guess at the coarse mesh takes a fraction of the time of cells, and most often will do.
     bool guessed()
     {
         std::optional<SurfaceMesh> guess = first_mesh(solid_, forms_, cube_);
-        const bool closed = guess && separate_fans(*guess);
+        const bool usable = guess && separate_fans(*guess) && guess->touch_of_vertex.empty();
         clock_.end("mesh");
-        if (!closed || !guess->touch_of_vertex.empty() || !cut_within_sandwich(*guess))
-            return false;
+        if (!usable) return false;
+        settle_all(*guess, forms_, kUnsettled * result_.tolerance);
+        if (!cut_within_halved(coarse_mesh(*guess, true), *guess)) return false;
         finish(std::move(*guess));
         return true;
     }
@@ -264,12 +265,28 @@ private:
         for (const bool wide : {true, false}) {
             if (wide && n_wide_ == kWideAttempts) continue;
             n_wide_ += wide ? 1 : 0;
-            if (cut_within_sandwich(coarse_mesh(settled, wide), surface)) return true;
+            if (cut_within_halved(coarse_mesh(settled, wide), surface)) return true;
         }
         return false;
     }
 
-    bool cut_within_sandwich(const SurfaceMesh& coarse, SurfaceMesh& surface)
+    // Faces that are too large for a proof are halved, as long as they do not get more by that.
+    bool cut_within_halved(SurfaceMesh coarse, SurfaceMesh& surface)
+    {
+        std::size_t most = coarse.mesh.n_faces();
+        for (int halvings = 0;; ++halvings) {
+            too_large_.clear();
+            if (cut_within(coarse, surface)) return true;
+            if (too_large_.empty() || too_large_.size() > most || halvings == kMostHalvings)
+                return false;
+            most = too_large_.size() + too_large_.size() / 2;
+            FlexibleMesh mesh(std::move(coarse));
+            if (halve_faces(mesh, forms_, too_large_) == 0) return false;
+            coarse = mesh.release();
+        }
+    }
+
+    bool cut_within(const SurfaceMesh& coarse, SurfaceMesh& surface)
     {
         clock_.end("refine");
         Sandwich sandwich;
@@ -308,7 +325,8 @@ private:
 
     double sandwich_width() const { return kSandwichWidth * cube_.diagonal(); }
 
-    // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, thick.
+    // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, or its
+    // fibres at exact corners without a length, thick.
     Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich,
                       double& short_fibre) const
     {
@@ -317,13 +335,12 @@ private:
             sandwich.thickness = thickness;
             c = certify(coarse, formula_, forms_, cube_, width, &sandwich);
             if (c.n_failed > 0 && c.failed_faces.empty()) continue;
-            if (c.n_failed == 0) {
-                DoubtfulPrisms doubtful = doubtful_prisms(coarse, sandwich, formula_, forms_,
-                                                          kShortFibre * result_.tolerance);
-                c.failed_faces = std::move(doubtful.faces);
-                short_fibre = doubtful.longest_short;
-            }
-            break;
+            if (c.n_failed > 0) break;
+            DoubtfulPrisms doubtful = doubtful_prisms(coarse, sandwich, formula_, forms_,
+                                                      kShortFibre * result_.tolerance);
+            c.failed_faces = std::move(doubtful.faces);
+            short_fibre = doubtful.longest_short;
+            if (c.failed_faces.empty()) break;
         }
         return c;
     }
@@ -403,6 +420,7 @@ private:
             }
             trouble_.emplace_back(box.inflated(0.25 * box.diagonal()), kFiner * size);
         }
+        too_large_ = c.failed_faces;
         if (trouble_.empty())
             for (const Box3& box : c.failed) trouble_.emplace_back(box, 0.5 * box.diagonal());
     }
@@ -441,6 +459,7 @@ private:
     bool insists_ = false;                          // on all vertices being on their surfaces
     int n_wide_ = 0;                                // attempts with wide faces
     bool hopeless_ = false;                         // finer cells will not help this way
+    std::vector<std::int32_t> too_large_;           // faces that something could not be proven of
     SurfaceMesh last_;                              // the last one without a certificate
     std::vector<std::pair<Box3, double>> trouble_;  // where, and how small the cells must be
 };

@@ -138,6 +138,24 @@ public:
         return std::move(places_);
     }
 
+    // The sides are noted before any is halved: faces change with it.
+    std::int64_t halve_long_sides(const std::vector<std::int32_t>& faces)
+    {
+        std::vector<std::array<std::int32_t, 2>> ends;
+        for (const std::int32_t f : faces) {
+            const std::array<std::int32_t, 3> sides{3 * f, 3 * f + 1, 3 * f + 2};
+            double longest = 0.0;
+            for (const std::int32_t s : sides) longest = std::max(longest, length(s));
+            for (const std::int32_t s : sides)
+                if (length(s) > 0.5 * longest) ends.push_back({m_.from(s), m_.to(s)});
+        }
+        std::int64_t done = 0;
+        for (const auto& [from, to] : ends)
+            if (const std::int32_t s = m_.side(from, to); s >= 0)
+                done += halve(s, kMaxHelp) ? 1 : 0;
+        return done;
+    }
+
 private:
     static constexpr int kMaxHelp = 6;
 
@@ -413,6 +431,14 @@ std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& 
                             std::int64_t max_triangles, const CreaseDemand& creases)
 {
     return Subdivider(mesh, forms, max_error, factors, creases).run(max_triangles);
+}
+
+std::int64_t halve_faces(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                         const std::vector<std::int32_t>& faces)
+{
+    std::vector<double> factors;
+    return Subdivider(mesh, forms, std::numeric_limits<double>::infinity(), factors, {})
+        .halve_long_sides(faces);
 }
 
 }  // namespace genus

@@ -40,4 +40,9 @@ std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& 
                             double max_error, std::vector<double>& factors,
                             std::int64_t max_triangles, const CreaseDemand& creases = {});
 
+/// Halves the long sides of these faces at exact points: the longest, and those more than half as
+/// long. Sides that cannot be halved stay. Returns the number of sides halved.
+std::int64_t halve_faces(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                         const std::vector<std::int32_t>& faces);
+
 }  // namespace genus

@@ -108,7 +108,7 @@ SignFormula SignFormula::simplified(std::span<const Sign> signs) const
         key = 4 * key + static_cast<std::uint32_t>(signs[s] + 1);
         any = any || signs[s] != 0;
     }
-    if (!any && !any_twice()) return *this;
+    if (!any && !parts_->any_repeated) return *this;
     if (const SignFormula* known = parts_->memory.find(key)) return *known;
     SignFormula result = simplified_anew(signs);
     // One that remembered itself would never go.
@@ -122,13 +122,8 @@ SignFormula SignFormula::simplified_anew(std::span<const Sign> signs) const
     const bool any = std::any_of(surfaces().begin(), surfaces().end(),
                                  [&](std::int32_t s) { return signs[s] != 0; });
     SignFormula result = any ? folded(signs) : *this;
-    return result.any_twice() && result.surfaces().size() <= kFewSurfaces ? result.with_true_uses()
-                                                                          : result;
-}
-
-bool SignFormula::any_twice() const
-{
-    return std::any_of(uses().begin(), uses().end(), [](const Use& u) { return u.twice; });
+    const bool small = result.surfaces().size() <= kFewSurfaces;
+    return small && result.parts_->any_repeated ? result.with_true_uses() : result;
 }
 
 // The sign for each combination of signs; bit j of the place says "outside surface j".
@@ -145,12 +140,14 @@ std::vector<Sign> SignFormula::table() const
     return result;
 }
 
-// What is written both ways may still act one way, or not at all.
+// What is written both ways may still act one way, and what is written next to something that is
+// written twice not at all.
 SignFormula SignFormula::with_true_uses() const
 {
     const std::vector<Sign> result = table();
     std::vector<Sign> idle(static_cast<std::size_t>(surfaces().back()) + 1, Sign{0});
     Parts refined = *parts_;
+    refined.any_repeated = false;
     bool any_idle = false;
     for (std::size_t j = 0; j < surfaces().size(); ++j) {
         Use& use = refined.uses[j];
@@ -258,7 +255,9 @@ void SignFormula::Parts::note_surfaces()
         }
     }
     std::sort(found.begin(), found.end());
-    for (const auto& [surface, is_negated] : found) {
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const auto& [surface, is_negated] = found[i];
+        any_repeated = any_repeated || (i > 0 && found[i - 1].first == surface);
         if (surfaces.empty() || surfaces.back() != surface) {
             surfaces.push_back(surface);
             uses.emplace_back();

@@ -34,10 +34,10 @@ public:
     const std::vector<Use>& uses() const { return parts_->uses; }
 
     /// The formula once the signs that are not 0 are known; `signs` has one entry a surface of the
-    /// field. Surfaces that enter both ways are dropped where they turn out not to matter, as the
-    /// wall between two parts that were put together. O(length), times 2^n for n up to eight
-    /// surfaces if some enter both ways; a formula that no sign changes is shared, not copied, and
-    /// one of up to eight surfaces remembers what it became before.
+    /// field. Surfaces are dropped where they turn out not to matter, as the wall between two parts
+    /// that were put together, or the end of one inside the other. O(length), times 2^n for n up to
+    /// eight surfaces if one is named more than once; a formula that no sign changes is shared, not
+    /// copied, and one of up to eight surfaces remembers what it became before.
     SignFormula simplified(std::span<const Sign> signs) const;
     /// The sign of the formula, 0 if the known signs leave it open.
     Sign sign(std::span<const Sign> signs) const;
@@ -71,6 +71,7 @@ private:
         std::vector<std::int32_t> terms;
         std::vector<std::int32_t> surfaces;
         std::vector<Use> uses;
+        bool any_repeated = false;  // a surface is named more than once, and some may be idle
         Memory memory;
 
         void note_surfaces();
@@ -80,7 +81,6 @@ private:
 
     SignFormula simplified_anew(std::span<const Sign> signs) const;
     SignFormula folded(std::span<const Sign> signs) const;
-    bool any_twice() const;
     std::vector<Sign> table() const;
     SignFormula with_true_uses() const;
 
