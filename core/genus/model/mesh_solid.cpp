@@ -56,7 +56,7 @@ constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kWideShare = 0.5;     // of that, between a face made wide and its surface
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
-constexpr int kQuickAttempts = 3, kWideAttempts = 2, kMostHalvings = 4;
+constexpr int kQuickAttempts = 3, kWideAttempts = 2, kMostHalvings = 8;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.82, kWideCosineSeveral = 0.9;
@@ -279,7 +279,7 @@ private:
             if (cut_within(coarse, surface)) return true;
             if (too_large_.empty() || too_large_.size() > most || halvings == kMostHalvings)
                 return false;
-            most = too_large_.size() + too_large_.size() / 2;
+            most = std::max(halvings == 0 ? 0 : most, too_large_.size() + too_large_.size() / 2);
             FlexibleMesh mesh(std::move(coarse));
             if (halve_faces(mesh, forms_, too_large_) == 0) return false;
             coarse = mesh.release();
@@ -312,15 +312,25 @@ private:
         }
         const bool embedded = proven_embedded(shell, fine);
         clock_.end("gate");
-        if (embedded)
+        if (embedded) {
             note_bound(c);
-        else if (!passes(fine.surface, c))
+        } else if (!passes(fine.surface, c)) {
+            for (std::int32_t& f : too_large_) f = coarse_face(fine, f);
+            std::sort(too_large_.begin(), too_large_.end());
+            too_large_.erase(std::unique(too_large_.begin(), too_large_.end()), too_large_.end());
             return false;
+        }
         surface = std::move(fine.surface);
         result_.explanation.add(
             "faces proven through those of a coarser mesh",
             static_cast<std::int64_t>(surface.mesh.n_faces() - coarse.mesh.n_faces()), "faces");
         return true;
+    }
+
+    static std::int32_t coarse_face(const FineMesh& fine, std::int32_t f)
+    {
+        const auto after = std::upper_bound(fine.first_face.begin(), fine.first_face.end(), f);
+        return static_cast<std::int32_t>(after - fine.first_face.begin()) - 1;
     }
 
     double sandwich_width() const { return kSandwichWidth * cube_.diagonal(); }
@@ -364,6 +374,7 @@ private:
         for (const Finding& finding : validation.findings) {
             Box3 box;
             double size = kInfinity;
+            too_large_.insert(too_large_.end(), finding.faces.begin(), finding.faces.end());
             for (const std::int32_t f : finding.faces)
                 for (const std::int32_t v : mesh.mesh.faces[f]) {
                     box.add(mesh.mesh.vertices[v]);
