@@ -18,7 +18,8 @@ namespace {
 constexpr double kEdgeShare = 0.75;      // of the tolerance, for the sagitta of an edge
 constexpr double kFaceShare = 0.99;      // the same for a face
 constexpr double kMostPieces = 1 << 22;  // of one edge
-constexpr double kLongestWay = 16.0;     // of a direction
+constexpr double kManyPieces = 64;
+constexpr double kLongestWay = 16.0;  // of a direction
 
 // A vertex on an edge of the coarse mesh, or at its end.
 struct BorderPoint {
@@ -166,6 +167,7 @@ private:
         const double most_allowed = limit(e);
         double pieces = first_guess(e);
         std::vector<BorderPoint>& points = points_[e];
+        double before = std::numeric_limits<double>::infinity();
         for (int attempt = 0; attempt < 12; ++attempt) {
             if (!(pieces <= kMostPieces)) return false;
             const int n = static_cast<int>(pieces);
@@ -186,6 +188,10 @@ private:
                 most = std::max(most, sagitta(e, i == 0 ? from.at : points[i - 1].at,
                                               i == n - 1 ? to.at : points[i].at));
             if (most <= most_allowed * 1.001) return true;
+            // Sagittas fall with the square of their chords, but next to an apex.
+            const double beside_square = most * pieces * pieces;
+            if (pieces > kManyPieces && beside_square > 2.0 * before) return false;
+            before = beside_square;
             pieces = std::max(pieces + 1.0, std::ceil(pieces * std::sqrt(most / most_allowed)));
         }
         return false;

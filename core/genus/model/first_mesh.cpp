@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "genus/base/halves.h"
 #include "genus/boolean/mesh_boolean.h"
 #include "genus/mesh/shapes.h"
 #include "genus/model/csg_lowering.h"
@@ -121,14 +122,37 @@ public:
 private:
     bool add(const PlacedLeaf& placed)
     {
-        std::optional<CoarseLeaf> leaf = coarse(placed.node->shape, placed.surfaces.size());
-        if (!leaf) return false;
-        for (Vec3& v : leaf->mesh.vertices) v = apply(placed.map, v);
-        if (determinant(placed.map) < 0.0)
-            for (Triangle& t : leaf->mesh.faces) std::swap(t[1], t[2]);
+        std::optional<CoarseLeaf> leaf;
+        if (std::holds_alternative<HalfSpace>(placed.node->shape)) {
+            leaf = coarse_half_space(placed.surfaces[0]);
+        } else {
+            leaf = coarse(placed.node->shape, placed.surfaces.size());
+            if (!leaf) return false;
+            for (Vec3& v : leaf->mesh.vertices) v = apply(placed.map, v);
+            if (determinant(placed.map) < 0.0)
+                for (Triangle& t : leaf->mesh.faces) std::swap(t[1], t[2]);
+        }
         operands_.push_back(std::move(leaf->mesh));
         roles_.push_back(std::move(leaf->role));
         return true;
+    }
+
+    // A box with one face in the plane, larger than the cube.
+    CoarseLeaf coarse_half_space(const CsgField::Term& plane) const
+    {
+        const SurfaceForm& form = forms_[plane.index];
+        const Vec3 middle = cube_.center(), gradient = form.gradient(middle);
+        const double size = 2.0 * cube_.diagonal();
+        const Vec3 foot = middle - form.value(middle) / dot(gradient, gradient) * gradient;
+        const Vec3 out = (plane.negated ? -1.0 : 1.0) * normalized(gradient);
+        Vec3 axis;
+        axis[longest_axis({{-std::fabs(out[0]), -std::fabs(out[1]), -std::fabs(out[2])}})] = 1.0;
+        const Vec3 u = normalized(cross(axis, out)), v = cross(out, u);
+        CoarseLeaf leaf = coarse(Cube{Box3::filled(2.0 * size), true});
+        for (Vec3& p : leaf.mesh.vertices) p = foot + p[0] * u + p[1] * v + (p[2] - size) * out;
+        constexpr std::int32_t kTop = 4;  // of the roles of a cube
+        for (std::int32_t& role : leaf.role) role = role == kTop ? 0 : kNone;
+        return leaf;
     }
 
     BooleanFormula formula() const
@@ -173,7 +197,7 @@ private:
         return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
     }
 
-    // Of what an operand's face is like: the shortest side.
+    // Of the face of an operand: its shortest side.
     double size_of(std::int32_t operand, std::int32_t face) const
     {
         const auto [a, b, c] = corners(operands_[operand], operands_[operand].faces[face]);

@@ -15,8 +15,8 @@ namespace genus {
 /// touch do so at corners of theirs; nothing is promised, a certificate has to tell.
 ///
 /// `forms` and `cube` are those of the solid's CsgField. Nothing comes back where a leaf is none of
-/// sphere, ellipsoid, cylinder, cone, torus, half-space or convex polyhedron, or is much longer one
-/// way than another; nor where the guess touches itself.
+/// sphere, ellipsoid, cylinder, cone, torus, half-space or convex polyhedron, or where more than
+/// three surfaces meet in a corner.
 ///
 /// Cost: that of a boolean of about a hundred faces a leaf.
 std::optional<SurfaceMesh> first_mesh(const Solid& solid, const std::vector<SurfaceForm>& forms,

@@ -56,7 +56,7 @@ constexpr double kSandwichWidth = 1.0 / 48, kLeastSandwich = 4.0;
 constexpr double kWideShare = 0.5;     // of that, between a face made wide and its surface
 constexpr double kThickness = 0.03;    // of a sandwich, of its tolerance
 constexpr double kShortFibre = 0.125;  // of the tolerance
-constexpr int kQuickAttempts = 3, kWideAttempts = 2, kMostHalvings = 8;
+constexpr int kQuickAttempts = 3, kWideAttempts = 2, kMostHalvings = 5;
 constexpr double kOnSurface = 1e-12;                                    // of the diagonal
 constexpr double kUnsettled = 0.125, kFlatCrease = 0.5, kTouch = 0.25;  // of the tolerance
 constexpr double kWideCosine = 0.82, kWideCosineSeveral = 0.9;
@@ -265,7 +265,7 @@ private:
         for (const bool wide : {true, false}) {
             if (wide && n_wide_ == kWideAttempts) continue;
             n_wide_ += wide ? 1 : 0;
-            if (cut_within_halved(coarse_mesh(settled, wide), surface)) return true;
+            if (cut_within(coarse_mesh(settled, wide), surface)) return true;
         }
         return false;
     }
