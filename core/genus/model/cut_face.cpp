@@ -184,6 +184,21 @@ double CutFace::chord_length(std::int32_t a, std::int32_t b) const
     return 2.0 * length / (std::sqrt(p.room) + std::sqrt(q.room));
 }
 
+// Of two chords, in some unit.
+std::array<double, 2> CutFace::chord_lengths(const std::array<std::int32_t, 2>& one,
+                                             const std::array<std::int32_t, 2>& other) const
+{
+    const FinePoint &a = points_[one[0]], &b = points_[one[1]], &c = points_[other[0]],
+                    &d = points_[other[1]];
+    if (!form_->is_quadratic() || std::min({a.room, b.room, c.room, d.room}) < 1.0)
+        return {chord_length(one[0], one[1]), chord_length(other[0], other[1])};
+    // With both ends on the surface the middle of a chord is off by a quarter of its bend.
+    const TwoVec from(a.at, c.at), along = TwoVec(b.at, d.at) - from;
+    const TwoVec g = form_->gradient(from + both(0.5) * along);
+    const Two bend = form_->bend(along), fourth_power = bend * bend / dot(g, g);
+    return {fourth_power[0], fourth_power[1]};
+}
+
 // Pieces on a side of the regular lattice to be used, 0 if there is none. Lengths grow where a flat
 // face is projected onto its surface, most in its middle.
 std::int32_t CutFace::lattice_for(const std::array<Side, 3>& sides, const MetricShape& shape) const
@@ -411,7 +426,7 @@ void CutFace::fill_strip(const Side& upper, const Side& lower)
         bool along_upper = j == lower.n;
         if (i < upper.n && j < lower.n) {
             const std::int32_t d = upper.at(pool_, i + 1), e = lower.at(pool_, j + 1);
-            const double down = chord_length(d, b), up = chord_length(e, a);
+            const auto [down, up] = chord_lengths({d, b}, {e, a});
             along_upper = down < up || (down == up && squared(points_[d].at - points_[b].at) <
                                                           squared(points_[e].at - points_[a].at));
         }
@@ -448,7 +463,7 @@ void CutFace::judge(std::int32_t f)
 {
     const Triangle& t = faces_[f];
     const FinePoint &a = points_[t[0]], &b = points_[t[1]], &c = points_[t[2]];
-    const Vec3 g = form_->gradient((a.at + b.at + c.at) / 3.0);
+    const Vec3 g = form_->gradient((1.0 / 3.0) * (a.at + b.at + c.at));
     turned_over_ = turned_over_ || !(sign_ * dot(cross(b.at - a.at, c.at - a.at), g) > 0.0);
     std::array<double, 2> distance = own_distance(a.at, b.at, c.at, norm(g));
     const double least = limit_ * std::min({a.room, b.room, c.room});

@@ -108,6 +108,8 @@ private:
                                        double slope) const;
     bool clears(const Triangle& t, std::size_t side) const;
     double chord_length(std::int32_t a, std::int32_t b) const;
+    std::array<double, 2> chord_lengths(const std::array<std::int32_t, 2>& one,
+                                        const std::array<std::int32_t, 2>& other) const;
 
     const SurfaceForm* form_ = nullptr;
     double sign_ = 1.0, limit_ = 0.0, full_limit_;

@@ -54,11 +54,13 @@ Fibres fibres_at(const Vec3& p, const TwoVec& shell)
 // sides, and the latter has the same product with all three fibres: their determinant.
 class PrismsOfFace {
 public:
-    PrismsOfFace(const Vec3& a, const Vec3& b, const Vec3& c, const std::array<Fibres, 3>& fibres)
+    // The fibres are kept by reference.
+    PrismsOfFace(const Vec3& a, const Vec3& b, const Vec3& c, const Fibres& at_a,
+                 const Fibres& at_b, const Fibres& at_c)
         : origin_(a),
           side_{b - a, c - a},
-          fibres_(fibres),
-          change_{fibres[1] - fibres[0], fibres[2] - fibres[0]}
+          fibres_{&at_a, &at_b, &at_c},
+          change_{at_b - at_a, at_c - at_a}
     {
     }
 
@@ -67,10 +69,10 @@ public:
     {
         const Vec3 m = cross(side_[0], side_[1]);
         const TwoVec normal(m, m);
-        const Two twist = dot(cross(change_[0], change_[1]), fibres_[0]);
+        const Two twist = dot(cross(change_[0], change_[1]), *fibres_[0]);
         Two least = both(std::numeric_limits<double>::infinity());
         for (std::size_t k = 0; k < 3; ++k) {
-            const Two own = dot(normal, fibres_[k]);
+            const Two own = dot(normal, *fibres_[k]);
             least = lesser(least, lesser(own + along[k] - twist, lesser(own, along[k])));
         }
         return least;
@@ -80,14 +82,14 @@ public:
     std::array<Two, 3> along() const
     {
         const TwoVec n = cross(side_in_shell(0), side_in_shell(1));
-        return {dot(n, fibres_[0]), dot(n, fibres_[1]), dot(n, fibres_[2])};
+        return {dot(n, *fibres_[0]), dot(n, *fibres_[1]), dot(n, *fibres_[2])};
     }
 
     // By how much coefficients may err, with corners within `blur`.
     Two error(double blur) const
     {
         const Two fibre =
-            greater(largest(fibres_[0]), greater(largest(fibres_[1]), largest(fibres_[2])));
+            greater(largest(*fibres_[0]), greater(largest(*fibres_[1]), largest(*fibres_[2])));
         double longest = 0.0;
         for (const std::size_t i : {0u, 1u}) {
             const Two in_shell = largest(side_in_shell(i));
@@ -102,8 +104,8 @@ public:
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3 p = k == 0 ? origin_ : origin_ + side_[k - 1];
             box.add(p);
-            box.add(p - fibres_[k][0]);
-            box.add(p + fibres_[k][1]);
+            box.add(p - (*fibres_[k])[0]);
+            box.add(p + (*fibres_[k])[1]);
         }
         return box;
     }
@@ -118,7 +120,7 @@ private:
 
     Vec3 origin_;
     std::array<Vec3, 2> side_;
-    std::array<Fibres, 3> fibres_;
+    std::array<const Fibres*, 3> fibres_;
     std::array<TwoVec, 2> change_;
 };
 
@@ -135,8 +137,12 @@ public:
         reach_ = std::max(largest_coordinate(shell.inner.vertices),
                           largest_coordinate(shell.outer.vertices));
         blur_ = kShellRounding * reach_;
-        for (std::int64_t v = 0; v < n_border(); ++v)
+        border_.reserve(fine.border_shell.size());
+        for (std::int64_t v = 0; v < n_border(); ++v) {
             reach_ = std::max(reach_, largest_coordinate(at(v)));
+            const auto& [below, above] = fine.border_shell[v];
+            border_.push_back(fibres_at(at(v), {below, above}));
+        }
     }
 
     std::vector<Part> parts() const
@@ -170,15 +176,13 @@ private:
                                      : std::max({reach_, largest_coordinate(found.box.min),
                                                  largest_coordinate(found.box.max)}));
         const double most = error_of(blur_, size, size);
-        const auto fibres = [&](std::int32_t v) {
-            if (v >= first) return inner[v - first].fibres;
-            const ShellPoints& shell = fine_.border_shell[v];
-            return fibres_at(at(v), {shell[0], shell[1]});
+        const auto fibres = [&](std::int32_t v) -> const Fibres& {
+            return v >= first ? inner[v - first].fibres : border_[v];
         };
         for (std::int64_t f = fine_.first_face[part]; f < fine_.first_face[part + 1]; ++f) {
             const Triangle& t = fine_.surface.mesh.faces[f];
-            const PrismsOfFace prisms(at(t[0]), at(t[1]), at(t[2]),
-                                      {fibres(t[0]), fibres(t[1]), fibres(t[2])});
+            const PrismsOfFace prisms(at(t[0]), at(t[1]), at(t[2]), fibres(t[0]), fibres(t[1]),
+                                      fibres(t[2]));
             const bool is_inside = std::min({t[0], t[1], t[2]}) >= first;
             const Two least = prisms.least(is_inside ? along(t, inner, first) : prisms.along());
             if (!is_inside)
@@ -220,6 +224,7 @@ private:
     const CoarseShell& shell_;
     const FineMesh& fine_;
     double blur_ = 0.0, reach_ = 0.0;
+    std::vector<Fibres> border_;  // at vertices there
 };
 
 // Some faces of a mesh, with their vertices.

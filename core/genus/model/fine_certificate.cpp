@@ -14,6 +14,7 @@
 #include "genus/mesh/aabb_tree.h"
 #include "genus/mesh/disjoint_sets.h"
 #include "genus/model/form_signs.h"
+#include "genus/model/normal_offsets.h"
 #include "genus/model/two_lanes.h"
 
 namespace genus {
@@ -23,8 +24,6 @@ namespace {
 constexpr int kMaxRounds = 16;
 constexpr double kReserve = 1.01, kGrowth = 1.25, kFirstStep = 0.125;
 constexpr std::int64_t kFaces = 64, kFewFaces = 8;  // looked at together near other surfaces
-constexpr double kSlant = 1e-6;  // of directions that are taken for normals, at most
-constexpr double kCosine2 = 1.0 - 0.0625 * kSlant * kSlant, kLength = 0.25 * kSlant;
 
 // The meshes N+ and N-.
 class Offsets {
@@ -110,16 +109,6 @@ private:
         double border_slope = std::numeric_limits<double>::infinity();  // the least of its border
     };
 
-    // Where directions inside a part are normals of its surface.
-    struct Normals {
-        std::int32_t surface = -1;  // none if they are not, but for kSlant
-        double outside = 1.0;       // the sign that it has there
-        double least_slope = 0.0, longest = 0.0;
-        double stiffness = 0.0;                  // most of a bend, beside the square of the step
-        double turn = 0.0;                       // of normals along a step, beside its length
-        double edge = 0.0, one_over_edge = 0.0;  // the length of some edge
-    };
-
     // On the edges of the coarse mesh and in its corners.
     std::size_t n_border() const { return static_cast<std::size_t>(fine_.first_vertex[0]); }
 
@@ -197,22 +186,11 @@ private:
         border_slope_.resize(n_border());
         for (std::size_t v = 0; v < n_border(); ++v) {
             rounding_ = std::max(rounding_, first_offset(v));
-            border_slope_[v] = slope_along_normal(v);
+            border_slope_[v] = slope_along_normal(fine_, static_cast<std::int32_t>(v), forms_);
         }
         parallel_for(parts_.size(), 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t part = begin; part < end; ++part) look_at(parts_[part], part);
         });
-    }
-
-    // The slope of the surface at a vertex, 0 if its direction is not its normal.
-    double slope_along_normal(std::size_t v) const
-    {
-        const SurfaceForm& form = forms_[m_.surfaces_of_vertex[v][0]];
-        if (m_.surfaces_of_vertex[v][1] >= 0 || !form.is_quadratic()) return 0.0;
-        const Vec3 g = form.gradient(m_.mesh.vertices[v]), &d = fine_.direction[v];
-        const double gg = dot(g, g), dd = dot(d, d), gd = dot(g, d);
-        const bool is_normal = gd * gd >= kCosine2 * gg * dd && std::fabs(dd - 1.0) <= kLength;
-        return is_normal ? std::sqrt(gg) : 0.0;
     }
 
     // Where a direction has this length. No share of the bound passes the tolerance, not by
@@ -252,9 +230,9 @@ private:
                     std::vector<char>& open)
     {
         const std::int64_t begin = fine_.first_face[part], end = fine_.first_face[part + 1];
-        Normals normals;
+        NormalsOfPart normals;
         if (moved.empty()) {
-            normals = normals_in(part);
+            normals = normals_in(fine_, part, parts_[part].border_slope, forms_);
             offset_inside(part, normals);
         }
         const SignFormula near = formula_in(parts_[part].box, formula_, signs);
@@ -263,7 +241,7 @@ private:
 
     // Faces near which this formula decides: in smaller boxes that may be a shorter one.
     bool check_range(std::int64_t begin, std::int64_t end, const SignFormula& near,
-                     const Normals& normals, std::vector<Sign>& signs,
+                     const NormalsOfPart& normals, std::vector<Sign>& signs,
                      const std::vector<char>& moved, std::vector<char>& open) const
     {
         if (near.constant() != 0 || sign_of_one(near) || end - begin <= kFewFaces)
@@ -280,7 +258,7 @@ private:
     }
 
     bool check_faces(std::int64_t begin, std::int64_t end, const SignFormula& near,
-                     const Normals& normals, std::vector<Sign>& signs,
+                     const NormalsOfPart& normals, std::vector<Sign>& signs,
                      const std::vector<char>& moved, std::vector<char>& open) const
     {
         if (near.constant() != 0) {
@@ -311,7 +289,7 @@ private:
             } else if (waiting < 0) {
                 waiting = f;
             } else {
-                if (!are_clear(m_.mesh.faces[waiting], m_.mesh.faces[f], normals)) {
+                if (!pair_is_clear(m_.mesh.faces[waiting], m_.mesh.faces[f], normals)) {
                     check(waiting);
                     check(f);
                 }
@@ -322,56 +300,7 @@ private:
         return any;
     }
 
-    Normals normals_in(std::size_t part) const
-    {
-        const std::int64_t begin = fine_.first_vertex[part], end = fine_.first_vertex[part + 1];
-        if (begin == end) return {};
-        const std::int32_t label = m_.surface_of_face[fine_.first_face[part]];
-        const SurfaceForm& form = forms_[label >> 1];
-        if (!form.is_quadratic()) return {};
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        const double outside = (label & 1) != 0 ? -1.0 : 1.0;
-        Two least = both(kInfinity), longest = both(0.0), shortest = both(kInfinity),
-            in_line = both(kInfinity);
-        for (std::int64_t v = begin; v < end; v += 2) {
-            const std::int64_t w = std::min(v + 1, end - 1);
-            const TwoVec g = form.gradient({m_.mesh.vertices[v], m_.mesh.vertices[w]});
-            const TwoVec d(fine_.direction[v], fine_.direction[w]);
-            const Two gg = dot(g, g), dd = dot(d, d), gd = outside * dot(g, d);
-            // Square of the cosine, less what it has to be, with the sign of the cosine.
-            const Two over = gd * greater(gd, both(0.0)) - kCosine2 * gg * dd;
-            in_line = lesser(in_line, over);
-            least = lesser(least, gg);
-            longest = greater(longest, dd);
-            shortest = lesser(shortest, dd);
-        }
-        Normals n;
-        n.outside = outside;
-        n.stiffness = form.most_bend();
-        n.least_slope = std::sqrt(std::min(least[0], least[1])) - 2.0 * form.gradient_slack();
-        n.longest = std::sqrt(std::max(longest[0], longest[1]));
-        const bool are_normal =
-            std::min(in_line[0], in_line[1]) >= 0.0 && n.longest <= 1.0 + 0.25 * kSlant &&
-            std::min(shortest[0], shortest[1]) >= 1.0 - 0.25 * kSlant &&
-            8.0 * form.gradient_slack() <= kSlant * n.least_slope && all_on(label >> 1, begin, end);
-        if (!are_normal) return n;
-        n.surface = label >> 1;
-        // Gradients differ by twice the matrix of `bend` times the step.
-        n.turn = 2.0 * n.stiffness / n.least_slope;
-        const Triangle& t = m_.mesh.faces[fine_.first_face[part]];
-        n.edge = distance(m_.mesh.vertices[t[0]], m_.mesh.vertices[t[1]]);
-        n.one_over_edge = 1.0 / n.edge;
-        return n;
-    }
-
-    bool all_on(std::int32_t surface, std::int64_t first_vertex, std::int64_t end) const
-    {
-        return std::all_of(m_.surfaces_of_vertex.begin() + first_vertex,
-                           m_.surfaces_of_vertex.begin() + end,
-                           [&](const auto& surfaces) { return surfaces[0] == surface; });
-    }
-
-    void offset_inside(std::size_t part, const Normals& normals)
+    void offset_inside(std::size_t part, const NormalsOfPart& normals)
     {
         const auto begin = static_cast<std::size_t>(fine_.first_vertex[part]),
                    end = static_cast<std::size_t>(fine_.first_vertex[part + 1]);
@@ -391,44 +320,13 @@ private:
         }
     }
 
-    // Whether two faces have their signs on both sides, with directions at their corners as said:
-    // true only if so. That bounds how far an edge may change as its ends move, and so how far its
-    // bend. The third edge is no longer than twice the longer of the others, and the length of an
-    // edge is at most the mean of any other and the third proportional to both.
-    bool are_clear(const Triangle& t, const Triangle& u, const Normals& normals) const
+    bool pair_is_clear(const Triangle& t, const Triangle& u, const NormalsOfPart& normals) const
     {
-        const SurfaceForm& form = forms_[normals.surface];
-        const OffsetsOfFace of_t = offsets_of(t, normals), of_u = offsets_of(u, normals);
-        const std::vector<Vec3>& at = m_.mesh.vertices;
-        const TwoVec a(at[t[0]], at[u[0]]), b(at[t[1]], at[u[1]]), c(at[t[2]], at[u[2]]);
-        const TwoVec ab = b - a, ca = a - c;
-        const std::array<Two, 3> k{normals.outside * form.bend(ab),
-                                   normals.outside * form.bend(c - b),
-                                   normals.outside * form.bend(ca)};
-        const Two square = greater(dot(ab, ab), dot(ca, ca));
-        const Two edge = normals.edge + square * normals.one_over_edge;
-        const Two moves = Two{of_t.most, of_u.most} * (normals.turn * edge + kSlant) +
-                          Two{of_t.spread, of_u.spread};
-        const Two change = normals.stiffness * moves * (2.0 * edge + moves);
-        const auto clears = [&](const Two& values, const std::array<Two, 3>& bends) {
-            const Two largest = greater(bends[0], greater(bends[1], bends[2])) + change;
-            const Two room = values - 2.0 * form.slack();
-            if (largest[0] <= 0.0 && largest[1] <= 0.0) return room[0] > 0.0 && room[1] > 0.0;
-            const Two over = room - 0.34 * change - most_between(bends);
-            return over[0] > 0.0 && over[1] > 0.0;
-        };
-        return clears(Two{of_t.values[0], of_u.values[0]}, k) &&
-               clears(Two{of_t.values[1], of_u.values[1]}, {-k[0], -k[1], -k[2]});
+        return are_clear(m_.mesh.vertices, t, u, corners_of(t, normals), corners_of(u, normals),
+                         normals, forms_[normals.surface]);
     }
 
-    // At the corners of a face: the least values outward and inward, away from zero, the largest
-    // offset, and by how much offsets to one side differ.
-    struct OffsetsOfFace {
-        Two values;
-        double most, spread;
-    };
-
-    OffsetsOfFace offsets_of(const Triangle& t, const Normals& normals) const
+    CornersOfFace corners_of(const Triangle& t, const NormalsOfPart& normals) const
     {
         const auto two = [](const std::array<double, 2>& x) { return Two{x[0], x[1]}; };
         const Two sign{normals.outside, -normals.outside};
@@ -437,12 +335,6 @@ private:
         const Two a = two(offset_[t[0]]), b = two(offset_[t[1]]), c = two(offset_[t[2]]);
         const Two most = greater(a, greater(b, c)), spread = most - lesser(a, lesser(b, c));
         return {values, std::max(most[0], most[1]), std::max(spread[0], spread[1])};
-    }
-
-    TwoVec moved(std::size_t v, const Two& step) const
-    {
-        const Vec3 &p = m_.mesh.vertices[v], &d = fine_.direction[v];
-        return {p[0] + step * d[0], p[1] + step * d[1], p[2] + step * d[2]};
     }
 
     SignFormula formula_in(const Box3& box, const SignFormula& formula,
@@ -493,7 +385,9 @@ private:
 
     TwoVec corners(std::int32_t v) const
     {
-        return moved(static_cast<std::size_t>(v), Two{offset_[v][0], -offset_[v][1]});
+        const Vec3 &p = m_.mesh.vertices[v], &d = fine_.direction[v];
+        const Two step{offset_[v][0], -offset_[v][1]};
+        return {p[0] + step * d[0], p[1] + step * d[1], p[2] + step * d[2]};
     }
 
     Two values_at(std::int32_t v, std::int32_t s) const
