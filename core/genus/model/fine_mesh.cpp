@@ -64,17 +64,17 @@ public:
         for (std::size_t e = 0; e < table_.n_edges(); ++e)
             for (std::int64_t i = table_.starts[e]; i < table_.starts[e + 1]; ++i)
                 edge_of_side_[table_.sides[i]] = static_cast<std::int32_t>(e);
+        guess_.resize(table_.n_edges());
+        for (std::size_t e = 0; e < guess_.size(); ++e) guess_[e] = first_guess(e);
     }
 
     // About how many triangles it will be: a face with p, q and r pieces on its sides gets as many
     // as the mean product of two of them.
     double expected() const
     {
-        std::vector<double> pieces(table_.n_edges());
-        for (std::size_t e = 0; e < pieces.size(); ++e) pieces[e] = first_guess(e);
         double sum = 0.0;
         for (std::int32_t s = 0; s < static_cast<std::int32_t>(sides_.n_sides()); s += 3) {
-            const double p = pieces[edge(s)], q = pieces[edge(s + 1)], r = pieces[edge(s + 2)];
+            const double p = guess_[edge(s)], q = guess_[edge(s + 1)], r = guess_[edge(s + 2)];
             sum += (p * q + q * r + r * p) / 3.0;
         }
         return sum;
@@ -147,9 +147,21 @@ private:
     double sagitta(std::size_t e, const Vec3& p, const Vec3& q) const
     {
         const auto [left, right] = labels(e);
+        const double from_left = sagitta_from(left >> 1, p, q);
+        return left >> 1 == right >> 1 ? from_left
+                                       : std::max(from_left, sagitta_from(right >> 1, p, q));
+    }
+
+    // Of a chord with its ends on the surface: a quadratic is off in its middle by a quarter of its
+    // bend.
+    double sagitta_from(std::int32_t s, const Vec3& p, const Vec3& q) const
+    {
+        const SurfaceForm& form = forms_[s];
+        if (form.is_plane()) return 0.0;
         const Vec3 middle = 0.5 * (p + q);
-        return std::max(distance_from_surface(middle, left >> 1),
-                        distance_from_surface(middle, right >> 1));
+        return form.is_quadratic()
+                   ? 0.25 * std::fabs(form.bend(q - p)) / norm(form.gradient(middle))
+                   : form.distance(middle);
     }
 
     double first_guess(std::size_t e) const
@@ -165,13 +177,14 @@ private:
         if (left >> 1 == right >> 1 && crease) return false;  // matter on both sides of a surface
         const auto [from, to] = ends(e);
         const double most_allowed = limit(e);
-        double pieces = first_guess(e);
+        double pieces = guess_[e];
         std::vector<BorderPoint>& points = points_[e];
         double before = std::numeric_limits<double>::infinity();
         for (int attempt = 0; attempt < 12; ++attempt) {
             if (!(pieces <= kMostPieces)) return false;
             const int n = static_cast<int>(pieces);
             points.clear();
+            points.reserve(static_cast<std::size_t>(n) - 1);
             for (int i = 1; i < n; ++i) {
                 const double t = static_cast<double>(i) / n;
                 const Vec3 start = from.at + t * (to.at - from.at);
@@ -195,12 +208,6 @@ private:
             pieces = std::max(pieces + 1.0, std::ceil(pieces * std::sqrt(most / most_allowed)));
         }
         return false;
-    }
-
-    double distance_from_surface(const Vec3& p, std::int32_t s) const
-    {
-        if (forms_[s].is_plane()) return 0.0;
-        return forms_[s].distance(p);
     }
 
     std::optional<BorderPoint> on_surface(const Vec3& start, const Vec3& way,
@@ -259,6 +266,7 @@ private:
     TriangleSides sides_;
     EdgeTable table_;
     std::vector<std::int32_t> edge_of_side_;
+    std::vector<double> guess_;  // of the pieces of each edge
     std::vector<std::vector<BorderPoint>> points_;
     std::vector<std::int64_t> first_;
 };
