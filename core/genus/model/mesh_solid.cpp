@@ -19,6 +19,7 @@
 #include "genus/model/fine_certificate.h"
 #include "genus/model/fine_mesh.h"
 #include "genus/model/first_mesh.h"
+#include "genus/model/flat_faces.h"
 #include "genus/model/freeform_mesh.h"
 #include "genus/model/grid_road.h"
 #include "genus/model/parts_apart.h"
@@ -360,6 +361,7 @@ private:
     {
         FlexibleMesh mesh{SurfaceMesh(settled)};
         if (wide) widen(mesh, forms_, kWideShare * sandwich_width(), kTouch * result_.tolerance);
+        if (wide) round_flat_faces(mesh, forms_);
         std::vector<double> factors;
         subdivide(mesh, forms_, kEdgeShare * sandwich_width(), factors, options_.max_triangles,
                   {kCreaseShare, kFlatCrease * result_.tolerance});

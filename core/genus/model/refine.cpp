@@ -138,17 +138,8 @@ public:
         return std::move(places_);
     }
 
-    // The sides are noted before any is halved: faces change with it.
-    std::int64_t halve_long_sides(const std::vector<std::int32_t>& faces)
+    std::int64_t halve_all(const std::vector<std::array<std::int32_t, 2>>& ends)
     {
-        std::vector<std::array<std::int32_t, 2>> ends;
-        for (const std::int32_t f : faces) {
-            const std::array<std::int32_t, 3> sides{3 * f, 3 * f + 1, 3 * f + 2};
-            double longest = 0.0;
-            for (const std::int32_t s : sides) longest = std::max(longest, length(s));
-            for (const std::int32_t s : sides)
-                if (length(s) > 0.5 * longest) ends.push_back({m_.from(s), m_.to(s)});
-        }
         std::int64_t done = 0;
         for (const auto& [from, to] : ends)
             if (const std::int32_t s = m_.side(from, to); s >= 0)
@@ -433,12 +424,27 @@ std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& 
     return Subdivider(mesh, forms, max_error, factors, creases).run(max_triangles);
 }
 
-std::int64_t halve_faces(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
-                         const std::vector<std::int32_t>& faces)
+std::int64_t halve_edges(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                         const std::vector<std::array<std::int32_t, 2>>& ends)
 {
     std::vector<double> factors;
     return Subdivider(mesh, forms, std::numeric_limits<double>::infinity(), factors, {})
-        .halve_long_sides(faces);
+        .halve_all(ends);
+}
+
+std::int64_t halve_faces(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                         const std::vector<std::int32_t>& faces)
+{
+    const Shaper shaper(mesh, forms);
+    std::vector<std::array<std::int32_t, 2>> ends;
+    for (const std::int32_t f : faces) {
+        const std::array<std::int32_t, 3> sides{3 * f, 3 * f + 1, 3 * f + 2};
+        double longest = 0.0;
+        for (const std::int32_t s : sides) longest = std::max(longest, shaper.length(s));
+        for (const std::int32_t s : sides)
+            if (shaper.length(s) > 0.5 * longest) ends.push_back({mesh.from(s), mesh.to(s)});
+    }
+    return halve_edges(mesh, forms, ends);
 }
 
 }  // namespace genus

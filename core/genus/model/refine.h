@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "genus/model/cell_mesh.h"
@@ -40,8 +42,12 @@ std::vector<Box3> subdivide(FlexibleMesh& mesh, const std::vector<SurfaceForm>& 
                             double max_error, std::vector<double>& factors,
                             std::int64_t max_triangles, const CreaseDemand& creases = {});
 
-/// Halves the long sides of these faces at exact points: the longest, and those more than half as
-/// long. Sides that cannot be halved stay. Returns the number of sides halved.
+/// Halves edges, given by their ends, at exact points. Those that are none, or cannot be halved,
+/// are left. Returns how many were halved.
+std::int64_t halve_edges(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
+                         const std::vector<std::array<std::int32_t, 2>>& ends);
+
+/// The same for the long sides of these faces: the longest, and those more than half as long.
 std::int64_t halve_faces(FlexibleMesh& mesh, const std::vector<SurfaceForm>& forms,
                          const std::vector<std::int32_t>& faces);
 
