@@ -32,4 +32,10 @@ inline double bend(const QuadraticPolynomial& c, const Vec3& e)
     return x * (c[4] * x + c[7] * y + c[8] * z) + y * (c[5] * y + c[9] * z) + c[6] * z * z;
 }
 
+/// What is of the second order alone.
+inline QuadraticPolynomial second_order(const QuadraticPolynomial& c)
+{
+    return {0.0, 0.0, 0.0, 0.0, c[4], c[5], c[6], c[7], c[8], c[9]};
+}
+
 }  // namespace genus

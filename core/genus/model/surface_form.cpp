@@ -567,6 +567,38 @@ double SurfaceForm::least_slope(std::span<const Vec3> hull, const Vec3& directio
     return least - margin;
 }
 
+// From c + x after a share t of the way to c + s up, s = 1 or -1, the way goes on along s up - x.
+// With gradient g at c and second derivatives H, F grows there at s times the rate
+//   g.up - g.y + s (1 - t) (y.H up - y.H y) + s t (up.H up - up.H y),   y = s x,
+// which is linear in t and, but for y.H y, in y.
+bool SurfaceForm::grows_towards(const Vec3& c, const Vec3& half, const Vec3& up, const Box3& hull,
+                                double sign) const
+{
+    if (!is_quadratic()) {
+        const IntervalVec3 g = gradient_range(hull), way = to_intervals({up - half, up + half});
+        return ((g[0] * way[0] + g[1] * way[1] + g[2] * way[2]) * sign).lo > 0.0;
+    }
+    const Quadratic bends = second_order(q_);
+    const Vec3 g = sign * gradient(c), h = sign * slope(bends, up);
+    const double along = dot(g, up), bent = dot(h, up);
+    // The least of v.y + k y.H y over the box.
+    const auto least_of = [&](const Vec3& v, double k) {
+        Quadratic q = bends;
+        for (double& x : q) x *= 2.0 * k * sign;
+        for (std::size_t i = 0; i < 3; ++i) q[1 + i] = v[i];
+        return range_round(q, Vec3{}, half).lo;
+    };
+    const double least = along + std::min({least_of(h - g, -1.0), bent + least_of(-(g + h), 0.0),
+                                           least_of(-(g + h), 1.0), -bent + least_of(h - g, 0.0)});
+    Vec3 most;
+    for (std::size_t i = 0; i < 3; ++i)
+        most[i] = std::fabs(c[i] - origin_[i]) + half[i] + std::fabs(up[i]);
+    const Vec3 slopes = magnitude_of_slope(q_, most);
+    double rounding = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) rounding += slopes[i] * (half[i] + std::fabs(up[i]));
+    return least > 64.0 * kEps * rounding;
+}
+
 std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& direction) const
 {
     double t = 0.0;

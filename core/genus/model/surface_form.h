@@ -119,6 +119,11 @@ public:
     /// A lower bound, rounding covered, of the rate at which F grows along `direction` at points
     /// of the convex hull, times `sign`.
     double least_slope(std::span<const Vec3> hull, const Vec3& direction, double sign) const;
+    /// True if `sign` F is shown to grow on all straight ways from points c + x with |x_i| <=
+    /// half_i to c + up, and to fall on those to c - up, all of them within `hull`. Sharp for
+    /// quadratics.
+    bool grows_towards(const Vec3& c, const Vec3& half, const Vec3& up, const Box3& hull,
+                       double sign) const;
     /// The t nearest to 0 with F(p + t direction) = 0 to rounding, if there is one.
     std::optional<double> root_along(const Vec3& p, const Vec3& direction) const;
     /// Holds F and its gradient over a box.

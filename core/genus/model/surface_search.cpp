@@ -156,7 +156,6 @@ private:
         std::vector<Directed> near;
         if (here.surfaces().size() > 12 || !directed(here, near)) return {};
         const Vec3 c = item.box.center(), half = 0.5 * item.box.size();
-        const Box3 steps{-half, half};
         for (int attempt = 0; attempt < 3; ++attempt) {
             std::vector<Vec3> normals;
             for (const Directed& s : near)
@@ -182,7 +181,10 @@ private:
             std::vector<Directed> all;
             if (around.surfaces().size() > 12 || !directed(around, all)) return {};
             if (all.size() == near.size()) {
-                if (!grows(all, hull, up, steps)) return {};
+                const bool grow = std::all_of(all.begin(), all.end(), [&](const Directed& s) {
+                    return forms_[s.surface].grows_towards(c, half, up, hull, s.sign);
+                });
+                if (!grow) return {};
                 return ends(around, c - up, c + up, signs);
             }
             near.swap(all);
@@ -195,20 +197,6 @@ private:
         bool any = false;
         open_.visit_overlapping(hull, [&](std::int32_t) { any = true; });
         return any;
-    }
-
-    // Every surface grows along up - x for all x of `steps`, everywhere in the hull.
-    bool grows(const std::vector<Directed>& surfaces, const Box3& hull, const Vec3& up,
-               const Box3& steps) const
-    {
-        const Box3 moves{steps.min + up, steps.max + up};
-        const IntervalVec3 m = to_intervals(moves);
-        for (const Directed& s : surfaces) {
-            const IntervalVec3 g = forms_[s.surface].gradient_range(hull);
-            const Interval slope = (g[0] * m[0] + g[1] * m[1] + g[2] * m[2]) * s.sign;
-            if (!(slope.lo > 0.0)) return false;
-        }
-        return true;
     }
 
     Ways ends(const SignFormula& f, const Vec3& inside, const Vec3& outside,
