@@ -16,6 +16,7 @@
 #include "genus/model/deviation.h"
 #include "genus/model/mesh_bound.h"
 #include "genus/model/sign_formula.h"
+#include "genus/model/specks.h"
 #include "genus/model/stage_clock.h"
 #include "genus/model/surface_form.h"
 #include "genus/volume/extended_marching_cubes.h"
@@ -68,7 +69,9 @@ public:
             finer = 0.5;
             if (expected > most_triangles() || n_sound == kMostProofs) break;
             const bool was_plain = is_plain_;
-            SurfaceMesh mesh = labelled(on_grid(cell));
+            IndexedMesh found = on_grid(cell);
+            n_specks_ = leave_out_specks(found, field_, cell, result_.tolerance / kReserve);
+            SurfaceMesh mesh = labelled(std::move(found));
             clock_.end("mesh");
             expected = 4 * static_cast<std::int64_t>(mesh.mesh.n_faces());
             const double measured =
@@ -116,6 +119,7 @@ public:
             result_.mesh = std::move(mesh.mesh);
             if (was_plain) result_.method = "mc";
             taken_ = report_;
+            n_specks_taken_ = n_specks_;
             if (is_proven || !is_polynomial_) break;
         }
         if (n_sound > 0) {
@@ -124,6 +128,8 @@ public:
             if (taken_.confined + taken_.left_out > 0)
                 result_.explanation.add("sharp features moved or left out, for faces would cross",
                                         taken_.confined + taken_.left_out, "cells");
+            result_.explanation.add("specks of the grid left out, for they are the end of a wedge",
+                                    n_specks_taken_, "parts");
             return;
         }
         give_up(reached);
@@ -231,6 +237,7 @@ private:
     bool is_plain_ = false;
     bool is_polynomial_ = true;
     SamplingReport taken_;  // of the grid that was taken
+    std::int64_t n_specks_ = 0, n_specks_taken_ = 0;
     std::vector<SurfaceForm> forms_;
 };
 
