@@ -62,11 +62,14 @@ public:
         double cell = std::max({size[0], size[1], size[2]}) / 15.7;
         double reached = std::numeric_limits<double>::infinity();
         std::int64_t expected = 0;
-        double finer = 0.5, before = std::numeric_limits<double>::infinity();
-        int n_stuck = 0, n_slow = 0;
+        // `before` is the error of the grid before the last that was halved.
+        double finer = kHalf, before = std::numeric_limits<double>::infinity();
+        int n_stuck = 0, n_slow = 0, n_between = 0;
         int n_sound = 0;
-        for (int attempt = 0; attempt <= kMaxGrids; ++attempt, cell *= finer) {
-            finer = 0.5;
+        for (int attempt = 0; attempt <= kMaxGrids;
+             attempt += n_between == 0 ? 1 : 0, cell *= finer) {
+            const bool was_halved = n_between == 0;
+            finer = kHalf;
             if (expected > most_triangles() || n_sound == kMostProofs) break;
             const bool was_plain = is_plain_;
             IndexedMesh found = on_grid(cell);
@@ -84,15 +87,25 @@ public:
                     std::max(expected,
                              static_cast<std::int64_t>(static_cast<double>(mesh.mesh.n_faces()) *
                                                        std::pow(reached / result_.tolerance, 2.0)));
-            // As where a function changes the faster the nearer one looks.
-            n_stuck = reached > kStuck * before ? n_stuck + 1 : 0;
-            // Sharp features that are none: plain marching cubes is always sound.
-            if (reached > kSlow * before) ++n_slow;
-            if (n_slow == kMostSlow && !is_polynomial_ && options_.method == MeshMethod::Auto)
-                is_plain_ = true;
-            before = reached;
+            if (was_halved) {
+                // As where a function changes the faster the nearer one looks.
+                n_stuck = reached > kStuck * before ? n_stuck + 1 : 0;
+                // Sharp features that are none: plain marching cubes is always sound.
+                if (reached > kSlow * before) ++n_slow;
+                if (n_slow == kMostSlow && !is_polynomial_ && options_.method == MeshMethod::Auto)
+                    is_plain_ = true;
+            }
             if (n_stuck == kMostStuck && !(reached <= result_.tolerance)) break;
-            if (!(reached <= result_.tolerance)) continue;
+            if (!(reached <= result_.tolerance)) {
+                if (n_between < kMostBetween) finer = step_after(reached, before);
+                n_between = finer > kHalf ? n_between + 1 : 0;
+                if (was_halved) before = reached;
+                const auto n_faces = static_cast<double>(mesh.mesh.n_faces());
+                if (finer > kHalf) expected = static_cast<std::int64_t>(n_faces / (finer * finer));
+                continue;
+            }
+            n_between = 0;
+            if (was_halved) before = reached;
             const bool sound = validate(mesh.mesh).ok();
             clock_.end("gate");
             if (!sound) {  // features of one grid run into each other, those of another may not
@@ -148,13 +161,30 @@ private:
         throw ToleranceNotMet(text, result_.tolerance, reached, {place});
     }
 
+    // How much finer the next grid is after one that is too coarse. Between two that are halved
+    // there may be others: where a little less is enough, as edges that are kept leave an error
+    // that falls with the square of the cell; and where it did not fall, for an edge that runs
+    // along a plane of samples, within a fraction of a cell of it, is in no cell that could keep
+    // it, and of the next grid no plane may be so near.
+    double step_after(double reached, double before) const
+    {
+        const bool is_cut = options_.method == MeshMethod::Mc || is_plain_;
+        if (jump_) return kHalf;
+        if (!is_cut && is_polynomial_ && reached > kSlow * before) return kOtherGrid;
+        const double share = kEnough * result_.tolerance / reached;
+        if (!(share > kHalf * kHalf)) return kHalf;
+        return std::clamp(is_cut ? share : std::sqrt(share), kHalf, kOtherGrid);
+    }
+
     std::int64_t most_triangles() const
     {
         if (is_polynomial_) return options_.max_triangles;
         return std::min(jump_ ? kMostAtJump : kMostOfFunction, options_.max_triangles);
     }
 
-    static constexpr double kReserve = 1.5;
+    static constexpr double kReserve = 1.5, kEnough = 0.8;
+    static constexpr double kHalf = 0.5;
+    static constexpr int kMostBetween = 6;
     static constexpr int kMaxGrids = 10, kMostStuck = 3;
     // Triangles without a proof.
     static constexpr std::int64_t kMostOfFunction = 1'500'000, kMostAtJump = 600'000;

@@ -11,8 +11,10 @@ namespace genus {
 /// jump_parts.h. Some milliseconds for functions that may jump, nothing for others.
 std::optional<Vec3> jump_at_border(const CsgField& field, const Box3& box);
 
-/// The road over a uniform grid: marching cubes, plain (MeshMethod::Mc) or extended. The grid
-/// is halved until the sampled deviation leaves a third of the tolerance in reserve. Then a
+/// The road over a uniform grid: marching cubes, plain (MeshMethod::Mc) or extended. The grid is
+/// made finer until the sampled deviation leaves a third of the tolerance in reserve: halved, or by
+/// less where that is enough, or where the error did not fall as it should because edges run along
+/// planes of samples. Specks of the grid are left out (specks.h). Then a
 /// bound is proven, by `certify` or else by boxes (mesh_bound.h); where boxes find a place that is
 /// farther than the tolerance, as a thin tip that the grid cut off, it is halved on. If neither
 /// comes to an end on two grids, as where surfaces touch, the error is estimated and says so; so it

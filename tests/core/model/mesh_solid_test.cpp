@@ -403,5 +403,26 @@ TEST(MeshSolid, RandomTreesGiveSoundMeshesOrSayWhereNot)
     EXPECT_GE(met, n - n / 20 - 1) << met << " of " << n;
 }
 
+// A cell h errs by h^2 / (8 R). Where a rim runs along a plane of samples a grid errs by a share of
+// h, and another has to be tried, not ever finer ones.
+TEST(MeshSolid, AGridIsNoFinerThanCurvatureAsks)
+{
+    const Solid bored = subtract({sphere(50), cylinder(120, 20, 20, true),
+                                  transformed(cylinder(120, 15, 15, true), rotation_x(90))});
+    for (const double tolerance : {0.05, 0.025}) {
+        SCOPED_TRACE(tolerance);
+        MeshOptions options;
+        options.tolerance = tolerance;
+        options.method = MeshMethod::Emc;
+        const MeshedSolid made = mesh_solid(bored, options);
+        EXPECT_TRUE(made.error.certified);
+        EXPECT_LE(made.error.bound, tolerance);
+        // The area in cells, three faces for each, a third of the tolerance being kept in reserve;
+        // twice as fine a grid is allowed.
+        const double cells = area(made.mesh) * 1.5 / (8.0 * tolerance * 15.0);
+        EXPECT_LT(static_cast<double>(made.mesh.n_faces()), 4 * 3 * cells);
+    }
+}
+
 }  // namespace
 }  // namespace genus
