@@ -143,20 +143,9 @@ double CutEdges::limit(std::size_t e) const
 double CutEdges::sagitta(std::size_t e, const Vec3& p, const Vec3& q) const
 {
     const auto [left, right] = labels(e);
-    const double from_left = sagitta_from(left >> 1, p, q);
+    const double from_left = forms_[left >> 1].sagitta(p, q);
     return left >> 1 == right >> 1 ? from_left
-                                   : std::max(from_left, sagitta_from(right >> 1, p, q));
-}
-
-// Of a chord with its ends on the surface: a quadratic is off in its middle by a quarter of its
-// bend.
-double CutEdges::sagitta_from(std::int32_t s, const Vec3& p, const Vec3& q) const
-{
-    const SurfaceForm& form = forms_[s];
-    if (form.is_plane()) return 0.0;
-    const Vec3 middle = 0.5 * (p + q);
-    return form.is_quadratic() ? 0.25 * std::fabs(form.bend(q - p)) / norm(form.gradient(middle))
-                               : form.distance(middle);
+                                   : std::max(from_left, forms_[right >> 1].sagitta(p, q));
 }
 
 double CutEdges::first_guess(std::size_t e) const

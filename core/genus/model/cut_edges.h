@@ -66,7 +66,6 @@ private:
     std::array<BorderPoint, 2> ends(std::size_t e) const;
     double limit(std::size_t e) const;
     double sagitta(std::size_t e, const Vec3& p, const Vec3& q) const;
-    double sagitta_from(std::int32_t s, const Vec3& p, const Vec3& q) const;
     double first_guess(std::size_t e) const;
     bool cut(std::size_t e);
     std::optional<BorderPoint> on_surface(const Vec3& start, const Vec3& way,

@@ -148,7 +148,7 @@ CutFace::MetricShape CutFace::metric_shape(const std::array<Side, 3>& sides) con
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec3 &a = points_[sides[i].at(pool_, 0)].at,
                    &b = points_[sides[i].at(pool_, sides[i].n)].at;
-        if (!form_->is_plane()) k[i] = 4.0 * form_->distance(0.5 * (a + b)) / limit_;
+        if (!form_->is_plane()) k[i] = 4.0 * form_->sagitta(a, b) / limit_;
     }
     const double sum = k[0] + k[1] + k[2], longest = std::max({k[0], k[1], k[2]});
     const double area16 = 4.0 * (k[0] * k[1] + k[1] * k[2] + k[2] * k[0]) - sum * sum;
@@ -179,7 +179,7 @@ double CutFace::chord_length(std::int32_t a, std::int32_t b) const
 {
     if (form_->is_plane()) return 0.0;
     const FinePoint &p = points_[a], &q = points_[b];
-    const double length = 2.0 * std::sqrt(form_->distance(0.5 * (p.at + q.at)) / limit_);
+    const double length = 2.0 * std::sqrt(form_->sagitta(p.at, q.at) / limit_);
     if (p.room == 1.0 && q.room == 1.0) return length;
     return 2.0 * length / (std::sqrt(p.room) + std::sqrt(q.room));
 }
@@ -190,7 +190,8 @@ std::array<double, 2> CutFace::chord_lengths(const std::array<std::int32_t, 2>& 
 {
     const FinePoint &a = points_[one[0]], &b = points_[one[1]], &c = points_[other[0]],
                     &d = points_[other[1]];
-    if (!form_->is_quadratic() || std::min({a.room, b.room, c.room, d.room}) < 1.0)
+    if (!form_->is_quadratic() || form_->may_be_saddle() ||
+        std::min({a.room, b.room, c.room, d.room}) < 1.0)
         return {chord_length(one[0], one[1]), chord_length(other[0], other[1])};
     // With both ends on the surface the middle of a chord is off by a quarter of its bend.
     const TwoVec from(a.at, c.at), along = TwoVec(b.at, d.at) - from;

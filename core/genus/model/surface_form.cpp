@@ -350,6 +350,23 @@ Box3 box_round(std::span<const Vec3> hull)
     return box;
 }
 
+// The Gaussian curvature of a quadric has the sign opposite to that of its 4 by 4 matrix
+// everywhere.
+bool is_saddle(const QuadraticPolynomial& c)
+{
+    const Vec3 x{{c[4], 0.5 * c[7], 0.5 * c[8]}}, y{{0.5 * c[7], c[5], 0.5 * c[9]}},
+        z{{0.5 * c[8], 0.5 * c[9], c[6]}}, w{{0.5 * c[1], 0.5 * c[2], 0.5 * c[3]}};
+    // det = c0 det A - w.adj(A) w, A symmetric with columns x, y, z.
+    const std::array<double, 4> terms{c[0] * dot(x, cross(y, z)), -w[0] * dot(w, cross(y, z)),
+                                      -w[1] * dot(w, cross(z, x)), -w[2] * dot(w, cross(x, y))};
+    double sum = 0.0, size = 0.0;
+    for (const double t : terms) {
+        sum += t;
+        size += std::fabs(t);
+    }
+    return sum > 1e-12 * size;
+}
+
 }  // namespace
 
 SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
@@ -360,6 +377,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         return;
     }
     if (kind_ == Surface::Kind::Torus) {
+        may_be_saddle_ = true;
         const Torus& torus = *surface.torus;
         const auto& place = torus.placement().m;
         const auto& local = torus.to_local().m;
@@ -381,6 +399,7 @@ SurfaceForm::SurfaceForm(const Surface& surface, const Box3& box)
         const auto p = moved.polynomial();
         q_ = {p[9], p[6], p[7], p[8], p[0], p[1], p[2], p[3], p[4], p[5]};
         if (is_plane()) note_axis(surface.quadric.polynomial());
+        may_be_saddle_ = !is_plane() && is_saddle(q_);
     }
     Vec3& m = reach_;
     for (std::size_t i = 0; i < 3; ++i)
@@ -407,6 +426,34 @@ void SurfaceForm::note_axis(const std::array<double, 10>& polynomial)
             across_ = k;
             place_ = 0.0 - polynomial[9] / slope[k];
         }
+}
+
+// The second derivatives at p times a step.
+Vec3 SurfaceForm::second_along(const Vec3& p, const Vec3& step) const
+{
+    if (is_quadratic()) return slope(second_order(q_), step);
+    const Vec3 u = p - origin_, s = slope(s_, u);
+    return scale_ * (2.0 * evaluate(s_, u) * slope(second_order(s_), step) +
+                     2.0 * dot(s, step) * s - slope(second_order(t_), step));
+}
+
+// With the second fundamental form M in the plane at the middle, det M < 0: |M| is
+// (M M - det M) / |difference of the curvatures|.
+double SurfaceForm::sagitta_on_saddle(const Vec3& p, const Vec3& q) const
+{
+    const Vec3 middle = 0.5 * (p + q), e = q - p, g = gradient(middle);
+    const double size = norm(g), length = norm(e);
+    const Vec3 across = cross(g, e);
+    const double turn = norm(across);
+    if (!(turn > 0.0)) return distance(middle);
+    // Along the chord, as far as it is in the plane, and across.
+    const Vec3 u = cross(across, g) / (turn * size), v = across / turn;
+    const Vec3 at_u = second_along(middle, u), at_v = second_along(middle, v);
+    const double a = dot(u, at_u) / size, b = dot(u, at_v) / size, c = dot(v, at_v) / size;
+    const double det = a * c - b * b;
+    const double along = turn / size;  // at most the length of the chord
+    if (!(det < 0.0) || !(length > 0.0)) return distance(middle);
+    return 0.125 * along * along * (a * a + b * b - det) / std::hypot(a - c, 2.0 * b);
 }
 
 double SurfaceForm::other_value(const Vec3& p) const
@@ -596,7 +643,7 @@ bool SurfaceForm::grows_towards(const Vec3& c, const Vec3& half, const Vec3& up,
     const Vec3 slopes = magnitude_of_slope(q_, most);
     double rounding = 0.0;
     for (std::size_t i = 0; i < 3; ++i) rounding += slopes[i] * (half[i] + std::fabs(up[i]));
-    return least > 64.0 * kEps * rounding;
+    return least > 256.0 * kEps * rounding;
 }
 
 std::optional<double> SurfaceForm::root_along(const Vec3& p, const Vec3& direction) const

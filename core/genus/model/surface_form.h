@@ -64,6 +64,8 @@ public:
     {
         return kind_ == Surface::Kind::Plane || kind_ == Surface::Kind::Quadric;
     }
+    /// Whether its normals may turn to both sides at once.
+    bool may_be_saddle() const { return may_be_saddle_; }
     /// What is quadratic in a quadratic F along a step: F(p + e) = F(p) + gradient(p).e + bend(e).
     double bend(const Vec3& e) const { return genus::bend(q_, e); }
     Two bend(const TwoVec& e) const { return genus::bend(q_, e); }
@@ -82,6 +84,16 @@ public:
         const bool all_one_way = std::min({bends[0], bends[1], bends[2]}) >= 0.0;
         return {-most_between(bends),
                 all_one_way ? 0.0 : most_between({-bends[0], -bends[1], -bends[2]})};
+    }
+    /// How far a chord with its ends on the surface is from it, about: in its middle. Where the
+    /// surface is a saddle, chords are as far from it as they would be if it curved all one way, by
+    /// the absolute values of its curvatures: a face with such sides is no farther.
+    double sagitta(const Vec3& p, const Vec3& q) const
+    {
+        if (is_plane()) return 0.0;
+        return may_be_saddle_   ? sagitta_on_saddle(p, q)
+               : is_quadratic() ? 0.25 * std::fabs(bend(q - p)) / norm(gradient(0.5 * (p + q)))
+                                : distance(0.5 * (p + q));
     }
     double value(const Vec3& p) const
     {
@@ -142,6 +154,8 @@ public:
 private:
     using Quadratic = QuadraticPolynomial;  // about origin_
 
+    double sagitta_on_saddle(const Vec3& p, const Vec3& q) const;
+    Vec3 second_along(const Vec3& p, const Vec3& step) const;
     double other_value(const Vec3& p) const;
     std::array<double, 3> other_bends(const std::array<Vec3, 3>& triangle) const;
     Vec3 other_gradient(const Vec3& p) const;
@@ -159,7 +173,8 @@ private:
     Quadratic s_{}, t_{};  // torus: F = scale_ (s^2 - t)
     double scale_ = 1.0;
     double slack_ = 0.0;
-    Vec3 reach_;       // of the box from the origin, along each axis
+    Vec3 reach_;  // of the box from the origin, along each axis
+    bool may_be_saddle_ = false;
     int across_ = -1;  // the axis that a plane is perpendicular to, and where
     double place_ = 0.0;
     double gradient_slack_ = 0.0;  // rounding error of each component of the gradient, at most
