@@ -135,6 +135,8 @@ private:
         if (!usable) return false;
         settle_all(*guess, forms_, kUnsettled * result_.tolerance);
         if (!cut_within_halved(coarse_mesh(*guess, true), *guess)) return false;
+        result_.explanation.add("cells not made, a boolean of coarse leaves in their place",
+                                static_cast<std::int64_t>(forms_.size()), "surfaces");
         finish(std::move(*guess));
         return true;
     }

@@ -11,6 +11,7 @@
 #include "genus/mesh/topology.h"
 #include "genus/mesh/validate.h"
 #include "genus/model/fans.h"
+#include "genus/model/flat_faces.h"
 #include "genus/model/mesh_solid.h"
 #include "genus/model/refine.h"
 #include "genus/model/sign_formula.h"
@@ -168,6 +169,62 @@ TEST(HalveFaces, PutsNewVerticesOnTheirSurfaces)
             if (s >= 0) {
                 EXPECT_LT(scene.forms[s].distance(after.mesh.vertices[v]), 1e-12 * 50);
             }
+}
+
+// Holes near the border: flips alone do not do.
+TEST(FlatFaces, HaveNoNarrowAnglesBesideCurves)
+{
+    const Solid plate = subtract({cube({{100, 30, 5}}), moved(bore(4), 20, 6, 0),
+                                  moved(bore(6), 45, 8, 0), moved(bore(3), 80, 4, 0)});
+    const Scene scene(plate);
+    auto mesh = first_mesh(plate, scene.forms, scene.cube);
+    ASSERT_TRUE(mesh && separate_fans(*mesh));
+    settle(*mesh, scene.forms);
+    const double before = volume(mesh->mesh);
+    FlexibleMesh flexible(std::move(*mesh));
+    round_flat_faces(flexible, scene.forms);
+    int n_obtuse = 0, n_not_delaunay = 0;
+    for (std::int32_t s = 0; s < flexible.n_sides(); ++s) {
+        if (!flexible.alive(s) || !scene.forms[flexible.label(s) >> 1].is_plane()) continue;
+        const auto cotangent = [&](std::int32_t side) {
+            const Vec3 c = flexible.point(flexible.apex(side));
+            const Vec3 a = flexible.point(flexible.from(side)) - c;
+            const Vec3 b = flexible.point(flexible.to(side)) - c;
+            return dot(a, b) / norm(cross(a, b));
+        };
+        if (flexible.is_crease(s))
+            n_obtuse += cotangent(s) < -1e-9;
+        else
+            n_not_delaunay += cotangent(s) + cotangent(flexible.twin(s)) < -1e-6;
+    }
+    EXPECT_EQ(n_obtuse, 0);
+    EXPECT_EQ(n_not_delaunay, 0);
+    const SurfaceMesh after = flexible.release();
+    EXPECT_EQ(topology(after.mesh).euler, 2 - 2 * 3);
+    // Only curves change it, towards the circle.
+    EXPECT_LE(volume(after.mesh), before * (1.0 + 1e-12));
+    EXPECT_GE(volume(after.mesh), 5.0 * (100.0 * 30.0 - kPi * (16.0 + 36.0 + 9.0)));
+}
+
+TEST(SurfaceForm, SagittasAreThoseOfTheCurvatures)
+{
+    const Scene ball(sphere(50));
+    const Vec3 p{{50, 0, 0}}, q{{50 * std::cos(0.02), 50 * std::sin(0.02), 0}};
+    EXPECT_NEAR(ball.forms[0].sagitta(p, q), 50 * (1 - std::cos(0.01)), 1e-6);
+    // On a saddle z = (x^2 - y^2) / 20 curvatures are 0.1 and -0.1: what matters is their size, in
+    // all directions, along its straight lines too.
+    const Scene saddle(quadric(Quadric::from_polynomial({0.05, -0.05, 0, 0, 0, 0, 0, 0, -1, 0}),
+                               Box3{{{-3, -3, -2}}, {{3, 3, 2}}}));
+    ASSERT_TRUE(saddle.forms[0].may_be_saddle());
+    for (const double angle : {0.0, 0.3, 0.7853981633974483, 1.2}) {
+        const double x = 0.1 * std::cos(angle), y = 0.1 * std::sin(angle);
+        const double z = 0.05 * (x * x - y * y);
+        EXPECT_NEAR(saddle.forms[0].sagitta({{-x, -y, z}}, {{x, y, z}}), 0.125 * 0.2 * 0.2 * 0.1,
+                    1e-6);
+    }
+    EXPECT_FALSE(Scene(cylinder(10, 3, 3)).forms[0].may_be_saddle());
+    EXPECT_FALSE(Scene(cylinder(10, 3, 1)).forms[0].may_be_saddle());
+    EXPECT_FALSE(Scene(ellipsoid({{1, 2, 3}})).forms[0].may_be_saddle());
 }
 
 TEST(SignFormula, DropsWhatDoesNotMatterBesideOthers)
