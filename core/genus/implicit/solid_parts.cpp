@@ -1,6 +1,8 @@
 #include "genus/implicit/solid_parts.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>
@@ -40,7 +42,7 @@ public:
             add_sides(*defined, out);
         }
         if (!is_defined(e, box_)) return std::nullopt;
-        auto done = split_leaves(lifted_parts(e), depth);
+        auto done = split_leaves(lifted(e), depth);
         if (!done || n_leaves_ > kMostLeaves) return std::nullopt;
         if (out.parts.empty()) return done;
         out.parts.push_back(std::move(*done));
@@ -49,11 +51,25 @@ public:
 
     // Where it is the border, or would be but for other parts: there a step is not seldom zero in
     // all of a piece of space.
-    bool jumps(const Expression& e) const { return may_jump(e) && any_jumps(lifted_parts(e)); }
+    bool jumps(const Expression& e) const { return may_jump(e) && any_jumps(lifted(e)); }
 
 private:
     static constexpr int kMostCuts = 12;  // one inside the other
     static constexpr std::size_t kMostLeaves = 256, kMostPieces = 64;
+
+    // Whole where a part would not be defined where the whole is: log|x| is not log(x) and log(-x).
+    SmoothParts lifted(const Expression& e) const
+    {
+        SmoothParts parts = lifted_parts(e);
+        return all_defined(parts) || !is_defined(e, box_) ? parts : as_leaf(e);
+    }
+
+    bool all_defined(const SmoothParts& parts) const
+    {
+        if (parts.kind == Kind::Leaf) return is_defined(parts.leaf, box_);
+        return std::all_of(parts.parts.begin(), parts.parts.end(),
+                           [&](const SmoothParts& part) { return all_defined(part); });
+    }
 
     bool any_jumps(const SmoothParts& parts) const
     {
@@ -158,6 +174,7 @@ public:
 
 private:
     static constexpr std::size_t kMostBoxes = 200;
+    static constexpr double kNothing = 1e-12;
 
     static bool is_full(const SmoothParts& parts)
     {
@@ -188,10 +205,7 @@ private:
             const Box3 part = open.back();
             open.pop_back();
             const auto is_outside = [&](const auto& f) {
-                const Interval range = f.first->bound(part);
-                const double slack =
-                    16.0 * std::numeric_limits<double>::epsilon() * range.magnitude();
-                return f.second ? range.hi <= slack : range.lo >= -slack;
+                return is_positive(*f.first, f.second ? -1.0 : 1.0, part);
             };
             if (std::any_of(functions.begin(), functions.end(), is_outside)) continue;
             const auto [low, high] = halves(part);
@@ -199,6 +213,30 @@ private:
             open.push_back(low);
         }
         return false;
+    }
+
+    // Shown by bounds but for what rounding adds to them, if that is nothing beside what the
+    // function usually is in the box.
+    static bool is_positive(const Function& f, double sign, const Box3& box)
+    {
+        const Interval range = f.bound(box);
+        const double least = sign > 0.0 ? range.lo : -range.hi;
+        if (least >= 0.0) return true;
+        const double slack = 16.0 * std::numeric_limits<double>::epsilon() * range.magnitude();
+        if (!(least >= -slack)) return false;
+        constexpr std::size_t kSamples = 27;
+        std::array<double, kSamples> sizes{};
+        for (std::size_t n = 0; n < kSamples; ++n) {
+            const Vec3 share{{0.5 * static_cast<double>(n % 3),
+                              0.5 * static_cast<double>(n / 3 % 3),
+                              0.5 * static_cast<double>(n / 9)}};
+            Vec3 p = box.min;
+            for (std::size_t i = 0; i < 3; ++i) p[i] += share[i] * (box.max[i] - box.min[i]);
+            sizes[n] = std::fabs(f.value(p));
+            if (std::isnan(sizes[n])) return false;
+        }
+        std::nth_element(sizes.begin(), sizes.begin() + kSamples / 2, sizes.end());
+        return slack <= kNothing * sizes[kSamples / 2];
     }
 
     static bool is_flat(const Box3& box)
