@@ -346,6 +346,8 @@ public:
     /// `by_leaf`: terms name leaves, not surfaces.
     explicit TreeWriter(bool by_leaf) : by_leaf_(by_leaf) {}
 
+    bool any_function() const { return any_function_; }
+
     TreeOfLeaves write(const Solid& solid)
     {
         open(&solid.node(), Transform{}, false);
@@ -395,8 +397,8 @@ private:
 
     Gathered named_leaf(const Node& node, const Transform& map, bool negated)
     {
-        require(!std::holds_alternative<ImplicitShape>(node.shape),
-                "a function is no intersection of surfaces");
+        any_function_ = any_function_ || std::holds_alternative<ImplicitShape>(node.shape);
+        if (any_function_) return {!negated, {}};
         const auto number = static_cast<std::int32_t>(out_.leaves.size());
         out_.leaves.push_back({&node, map, leaf(node.shape, map, false).terms});
         return {!negated, {{number, true, negated}}};
@@ -466,6 +468,7 @@ private:
     }
 
     bool by_leaf_;
+    bool any_function_ = false;  // among the leaves named
     TreeOfLeaves out_;
     SurfaceIndex index_{out_.surfaces};
     std::vector<Frame> stack_;
@@ -508,9 +511,12 @@ LoweredTree lower(const Solid& solid)
     return {std::move(tree.surfaces), std::move(tree.instructions)};
 }
 
-TreeOfLeaves lower_to_leaves(const Solid& solid)
+std::optional<TreeOfLeaves> lower_to_leaves(const Solid& solid)
 {
-    return TreeWriter(true).write(solid);
+    TreeWriter writer(true);
+    TreeOfLeaves tree = writer.write(solid);
+    if (writer.any_function()) return std::nullopt;
+    return tree;
 }
 
 }  // namespace genus

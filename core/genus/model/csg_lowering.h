@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "genus/model/csg_field.h"
@@ -31,8 +32,9 @@ struct TreeOfLeaves {
     std::vector<CsgField::Instruction> instructions;
     std::vector<Solid> expanded;  // keeps nodes that are not in the tree
 };
-/// As `lower`; `solid` must outlive the result. Throws InvalidInput for functions, too.
-TreeOfLeaves lower_to_leaves(const Solid& solid);
+/// As `lower`; `solid` must outlive the result. Nothing if a leaf is a function, which is no
+/// intersection of surfaces.
+std::optional<TreeOfLeaves> lower_to_leaves(const Solid& solid);
 
 /// What lies below the transforms and colours on top of a tree, and the map that these make.
 struct PlacedNode {

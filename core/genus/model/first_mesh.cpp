@@ -228,8 +228,9 @@ private:
 std::optional<SurfaceMesh> first_mesh(const Solid& solid, const std::vector<SurfaceForm>& forms,
                                       const Box3& cube)
 {
-    const TreeOfLeaves tree = lower_to_leaves(solid);
-    return Guess(tree, forms, cube).mesh();
+    const std::optional<TreeOfLeaves> tree = lower_to_leaves(solid);
+    if (!tree) return std::nullopt;
+    return Guess(*tree, forms, cube).mesh();
 }
 
 }  // namespace genus

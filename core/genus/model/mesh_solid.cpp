@@ -112,7 +112,7 @@ public:
         const int attempts = has_function_ || finer < kLeastSandwich ? 0
                              : finer < 8.0 * kLeastSandwich          ? kQuickAttempts
                                                                      : 2 * kQuickAttempts;
-        if (attempts > 0 && guessed()) return;
+        if (!has_function_ && guessed(attempts > 0)) return;
         if (meshed(attempts, wide_cells(), [&](SurfaceMesh& mesh) {
                 // There is no sandwich round an edge along which the solid touches itself.
                 hopeless_ = !mesh.touch_of_vertex.empty();
@@ -126,15 +126,20 @@ public:
     }
 
 private:
-    // A guess at the coarse mesh takes a fraction of the time of cells, and most often will do.
-    bool guessed()
+    // A guess at the coarse mesh takes a fraction of the time of cells, and most often will do: to
+    // cut a mesh within its sandwich, or for large tolerances refined itself.
+    bool guessed(bool sandwich)
     {
         std::optional<SurfaceMesh> guess = first_mesh(solid_, forms_, cube_);
         const bool usable = guess && separate_fans(*guess) && guess->touch_of_vertex.empty();
         clock_.end("mesh");
         if (!usable) return false;
-        settle_all(*guess, forms_, kUnsettled * result_.tolerance);
-        if (!cut_within_halved(coarse_mesh(*guess, true), *guess)) return false;
+        if (sandwich) {
+            settle_all(*guess, forms_, kUnsettled * result_.tolerance);
+            if (!cut_within_halved(coarse_mesh(*guess, true), *guess)) return false;
+        } else if (!reach_tolerance(*guess)) {
+            return false;
+        }
         result_.explanation.add("cells not made, a boolean of coarse leaves in their place",
                                 static_cast<std::int64_t>(forms_.size()), "surfaces");
         finish(std::move(*guess));

@@ -117,6 +117,15 @@ TEST(FirstMesh, IsNotMadeOfLeavesWithoutOne)
                                Box3{{{-2, -2, 0}}, {{2, 2, 3}}});
     const Scene scene(bowl);
     EXPECT_FALSE(first_mesh(bowl, scene.forms, scene.cube).has_value());
+    // A formula is none, also where its surfaces are quadrics.
+    const Expression x = Expression::x(), y = Expression::y(), z = Expression::z();
+    const Solid ball = unite(
+        {implicit(x * x + y * y + z * z - 1.0, Box3{{{-2, -2, -2}}, {{2, 2, 2}}}), sphere(1.5)});
+    const Scene both(ball);
+    EXPECT_FALSE(first_mesh(ball, both.forms, both.cube).has_value());
+    MeshOptions options;
+    options.tolerance = 1e-3;
+    EXPECT_TRUE(mesh_solid(ball, options).error.certified);
 }
 
 // What is proven does not depend on how good the guess is.
