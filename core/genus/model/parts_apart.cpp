@@ -11,12 +11,10 @@ namespace genus {
 
 namespace {
 
-// The number of the cluster of each part, counted in the order of first parts.
-std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margin)
+// The number of the cluster of each box, counted in the order of first boxes.
+std::vector<std::int32_t> clusters(const std::vector<Box3>& boxes)
 {
-    std::vector<Box3> boxes;
-    for (const Solid& part : parts) boxes.push_back(part.bounds().inflated(0.5 * margin));
-    DisjointSets sets(parts.size());
+    DisjointSets sets(boxes.size());
     using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
     const auto note = [](std::int32_t i, std::int32_t j, Pairs& found) {
         found.emplace_back(i, j);
@@ -24,9 +22,9 @@ std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margi
     };
     for (const Pairs& found : BoxTree(boxes).visit_self_pairs<Pairs>(note))
         for (const auto& [i, j] : found) sets.unite(i, j);
-    std::vector<std::int32_t> number(parts.size(), -1);
+    std::vector<std::int32_t> number(boxes.size(), -1);
     std::int32_t count = 0;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
         std::int32_t& first = number[sets.find(static_cast<std::int32_t>(i))];
         if (first < 0) first = count++;
         number[i] = first;
@@ -34,13 +32,19 @@ std::vector<std::int32_t> clusters(const std::vector<Solid>& parts, double margi
     return number;
 }
 
-std::vector<Solid> apart_of_union(const std::vector<Solid>& all, double margin)
+// What counts of the parts is inside of `box`; each may be unbounded.
+std::vector<Solid> apart_of_union(const std::vector<Solid>& all, const Box3& box, double margin)
 {
     std::vector<Solid> parts;
-    for (const Solid& part : all)
-        if (!part.bounds().empty()) parts.push_back(part);
+    std::vector<Box3> boxes;
+    for (const Solid& part : all) {
+        const Box3 inside = intersection(part.bounds(), box);
+        if (inside.empty()) continue;
+        parts.push_back(part);
+        boxes.push_back(inside.inflated(0.5 * margin));
+    }
     std::vector<std::vector<Solid>> groups;
-    const std::vector<std::int32_t> number = clusters(parts, margin);
+    const std::vector<std::int32_t> number = clusters(boxes);
     for (std::size_t i = 0; i < parts.size(); ++i) {
         if (static_cast<std::size_t>(number[i]) == groups.size()) groups.emplace_back();
         groups[number[i]].push_back(parts[i]);
@@ -52,7 +56,8 @@ std::vector<Solid> apart_of_union(const std::vector<Solid>& all, double margin)
 }
 
 // Of an intersection with one union among its parts: the union's, each intersected with the rest.
-std::vector<Solid> apart_of_intersection(const std::vector<Solid>& all, double margin)
+std::vector<Solid> apart_of_intersection(const std::vector<Solid>& all, const Box3& box,
+                                         double margin)
 {
     const auto is_union = [](const Solid& part) {
         return std::holds_alternative<Union>(part.node().shape);
@@ -63,7 +68,8 @@ std::vector<Solid> apart_of_intersection(const std::vector<Solid>& all, double m
     const Solid united = *at;
     rest.erase(at);
     std::vector<Solid> apart;
-    for (const Solid& part : apart_of_union(std::get<Union>(united.node().shape).parts, margin)) {
+    for (const Solid& part :
+         apart_of_union(std::get<Union>(united.node().shape).parts, box, margin)) {
         std::vector<Solid> factors = rest;
         factors.insert(factors.begin(), part);
         apart.push_back(intersect(std::move(factors)));
@@ -77,9 +83,9 @@ std::vector<Solid> parts_apart(const Solid& solid, double margin)
 {
     std::vector<Solid> found, apart, polyhedral;
     if (const auto* shape = std::get_if<Union>(&solid.node().shape))
-        found = apart_of_union(shape->parts, margin);
+        found = apart_of_union(shape->parts, solid.bounds(), margin);
     else if (const auto* common = std::get_if<Intersection>(&solid.node().shape))
-        found = apart_of_intersection(common->parts, margin);
+        found = apart_of_intersection(common->parts, solid.bounds(), margin);
     if (found.size() < 2) return {solid};
     for (const Solid& one : found) (is_polyhedral(one) ? polyhedral : apart).push_back(one);
     if (!polyhedral.empty())

@@ -159,6 +159,24 @@ TEST(FirstMesh, GivesPlatesTheirVolume)
     }
 }
 
+// Two beams without ends that cross, cut by a box or a ball.
+TEST(FirstMesh, IsMadeOfUnboundedPartsToo)
+{
+    const auto beam = [](const Vec3& u, const Vec3& v, double half) {
+        return intersect(
+            {half_space(u, half), half_space(-u, half), half_space(v, half), half_space(-v, half)});
+    };
+    const Vec3 x{{1, 0, 0}}, y{{0, 1, 0}}, z{{0, 0, 1}};
+    const Solid beams = unite({beam(x, y, 1.0), beam(x, z, 0.5)});
+    MeshOptions options;
+    options.tolerance = 0.01;
+    const MeshedSolid made = mesh_solid(intersect({beams, cube({{4, 4, 4}}, true)}), options);
+    EXPECT_TRUE(made.error.certified);
+    EXPECT_NEAR(volume(made.mesh), 16.0 + 4.0 - 2.0, 1e-12);
+    EXPECT_EQ(topology(made.mesh).euler, 2);
+    EXPECT_TRUE(mesh_solid(intersect({beams, sphere(3)}), options).error.certified);
+}
+
 TEST(HalveFaces, PutsNewVerticesOnTheirSurfaces)
 {
     const Solid solid = subtract({sphere(50), bore(15)});
