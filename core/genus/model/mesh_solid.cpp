@@ -136,7 +136,7 @@ private:
         if (!usable) return false;
         if (sandwich) {
             settle_all(*guess, forms_, kUnsettled * result_.tolerance);
-            if (!cut_within_halved(coarse_mesh(*guess, true), *guess)) return false;
+            if (!cut_within_halved(coarse_mesh(*guess, true, true), *guess)) return false;
         } else if (!reach_tolerance(*guess)) {
             return false;
         }
@@ -273,7 +273,7 @@ private:
         for (const bool wide : {true, false}) {
             if (wide && n_wide_ == kWideAttempts) continue;
             n_wide_ += wide ? 1 : 0;
-            if (cut_within(coarse_mesh(settled, wide), surface)) return true;
+            if (cut_within(coarse_mesh(settled, wide), false, surface)) return true;
         }
         return false;
     }
@@ -284,7 +284,7 @@ private:
         std::size_t most = coarse.mesh.n_faces();
         for (int halvings = 0;; ++halvings) {
             too_large_.clear();
-            if (cut_within(coarse, surface)) return true;
+            if (cut_within(coarse, true, surface)) return true;
             if (too_large_.empty() || too_large_.size() > most || halvings == kMostHalvings)
                 return false;
             most = std::max(halvings == 0 ? 0 : most, too_large_.size() + too_large_.size() / 2);
@@ -294,12 +294,13 @@ private:
         }
     }
 
-    bool cut_within(const SurfaceMesh& coarse, SurfaceMesh& surface)
+    // `insists`: there is no other mesh, of smaller cells, to try next.
+    bool cut_within(const SurfaceMesh& coarse, bool insists, SurfaceMesh& surface)
     {
         clock_.end("refine");
         Sandwich sandwich;
         double short_fibre = 0.0;
-        Certificate c = prove(coarse, sandwich_width(), sandwich, short_fibre);
+        Certificate c = prove(coarse, sandwich_width(), insists, sandwich, short_fibre);
         clock_.end("certify");
         if (c.n_failed > 0 || !c.failed_faces.empty()) {
             note_trouble(coarse, c);
@@ -345,7 +346,7 @@ private:
 
     // A sandwich is to be thin for its fibres; if that leaves boxes without ways to it, or its
     // fibres at exact corners without a length, thick.
-    Certificate prove(const SurfaceMesh& coarse, double width, Sandwich& sandwich,
+    Certificate prove(const SurfaceMesh& coarse, double width, bool insists, Sandwich& sandwich,
                       double& short_fibre) const
     {
         Certificate c;
@@ -358,17 +359,17 @@ private:
                                                       kShortFibre * result_.tolerance);
             c.failed_faces = std::move(doubtful.faces);
             short_fibre = doubtful.longest_short;
-            if (c.failed_faces.empty()) break;
+            if (c.failed_faces.empty() || !insists) break;
         }
         return c;
     }
 
     // With curves flat beside the faces along them.
-    SurfaceMesh coarse_mesh(const SurfaceMesh& settled, bool wide) const
+    SurfaceMesh coarse_mesh(const SurfaceMesh& settled, bool wide, bool round_planes = false) const
     {
         FlexibleMesh mesh{SurfaceMesh(settled)};
         if (wide) widen(mesh, forms_, kWideShare * sandwich_width(), kTouch * result_.tolerance);
-        if (wide) round_flat_faces(mesh, forms_);
+        if (round_planes) round_flat_faces(mesh, forms_);
         std::vector<double> factors;
         subdivide(mesh, forms_, kEdgeShare * sandwich_width(), factors, options_.max_triangles,
                   {kCreaseShare, kFlatCrease * result_.tolerance});

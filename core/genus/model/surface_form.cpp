@@ -11,6 +11,7 @@ namespace genus {
 namespace {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kFlattest = 0.125;  // curvature along a chord on a saddle, of the greatest
 
 // Sum of the absolute values of all terms for points whose coordinates do not exceed `m`.
 double magnitude(const std::array<double, 10>& c, const Vec3& m)
@@ -438,11 +439,12 @@ Vec3 SurfaceForm::second_along(const Vec3& p, const Vec3& step) const
 }
 
 // With the second fundamental form M in the plane at the middle, det M < 0: |M| is
-// (M M - det M) / |difference of the curvatures|.
+// (M M - det M) / |difference of the curvatures|. Where a torus changes its side one of them is
+// zero, and is so at this place alone.
 double SurfaceForm::sagitta_on_saddle(const Vec3& p, const Vec3& q) const
 {
     const Vec3 middle = 0.5 * (p + q), e = q - p, g = gradient(middle);
-    const double size = norm(g), length = norm(e);
+    const double size = norm(g);
     const Vec3 across = cross(g, e);
     const double turn = norm(across);
     if (!(turn > 0.0)) return distance(middle);
@@ -450,10 +452,12 @@ double SurfaceForm::sagitta_on_saddle(const Vec3& p, const Vec3& q) const
     const Vec3 u = cross(across, g) / (turn * size), v = across / turn;
     const Vec3 at_u = second_along(middle, u), at_v = second_along(middle, v);
     const double a = dot(u, at_u) / size, b = dot(u, at_v) / size, c = dot(v, at_v) / size;
-    const double det = a * c - b * b;
-    const double along = turn / size;  // at most the length of the chord
-    if (!(det < 0.0) || !(length > 0.0)) return distance(middle);
-    return 0.125 * along * along * (a * a + b * b - det) / std::hypot(a - c, 2.0 * b);
+    const double det = a * c - b * b, spread = std::hypot(a - c, 2.0 * b);
+    const double most = 0.5 * (std::fabs(a + c) + spread);
+    const double curvature =
+        std::max(kFlattest * most, det < 0.0 ? (a * a + b * b - det) / spread : 0.0);
+    const double along = turn / size;  // the length of the chord in the plane
+    return std::max(distance(middle), 0.125 * along * along * curvature);
 }
 
 double SurfaceForm::other_value(const Vec3& p) const
