@@ -1,8 +1,11 @@
 #include "genus/model/first_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include "genus/base/halves.h"
 #include "genus/boolean/mesh_boolean.h"

@@ -18,7 +18,7 @@ namespace genus {
 /// sphere, ellipsoid, cylinder, cone, torus, half-space or convex polyhedron, or where more than
 /// three surfaces meet in a corner.
 ///
-/// Cost: that of a boolean of about a hundred faces a leaf.
+/// Cost: that of a boolean of about a hundred faces a leaf. Throws what mesh_boolean throws.
 std::optional<SurfaceMesh> first_mesh(const Solid& solid, const std::vector<SurfaceForm>& forms,
                                       const Box3& cube);
 

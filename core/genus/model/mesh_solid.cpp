@@ -130,20 +130,33 @@ private:
     // cut a mesh within its sandwich, or for large tolerances refined itself.
     bool guessed(bool sandwich)
     {
-        std::optional<SurfaceMesh> guess = first_mesh(solid_, forms_, cube_);
-        const bool usable = guess && separate_fans(*guess) && guess->touch_of_vertex.empty();
-        clock_.end("mesh");
-        if (!usable) return false;
-        if (sandwich) {
-            settle_all(*guess, forms_, kUnsettled * result_.tolerance);
-            if (!cut_within_halved(coarse_mesh(*guess, true, true), *guess)) return false;
-        } else if (!reach_tolerance(*guess)) {
+        SurfaceMesh mesh;
+        try {
+            if (!made_of_guess(sandwich, mesh)) return false;
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const Error&) {
+            // Coarse leaves may meet as no mesh can say, or too many faces be needed between them.
+            // What that means for the solid cells will tell.
             return false;
         }
         result_.explanation.add("cells not made, a boolean of coarse leaves in their place",
                                 static_cast<std::int64_t>(forms_.size()), "surfaces");
-        finish(std::move(*guess));
+        finish(std::move(mesh));
         return true;
+    }
+
+    bool made_of_guess(bool sandwich, SurfaceMesh& mesh)
+    {
+        std::optional<SurfaceMesh> guess = first_mesh(solid_, forms_, cube_);
+        const bool usable = guess && separate_fans(*guess) && guess->touch_of_vertex.empty();
+        clock_.end("mesh");
+        if (!usable) return false;
+        mesh = std::move(*guess);
+        insists_ = true;
+        if (!sandwich) return reach_tolerance(mesh);
+        settle_all(mesh, forms_, kUnsettled * result_.tolerance);
+        return cut_within_halved(coarse_mesh(mesh, true, true), mesh);
     }
 
     double edge_share() const { return has_function_ ? kFunctionShare * kEdgeShare : kEdgeShare; }
