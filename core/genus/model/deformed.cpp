@@ -220,6 +220,7 @@ public:
         options.tolerance = 0.5 * tolerance / stretch;
         options.measure = false;
         options.max_triangles = limits.max_triangles;
+        options.round_faces = true;
         MeshedSolid flat = mesh_solid(part_, options);
         DeformedMesh image =
             deformed_within(std::move(flat.mesh), lattice_, 0.5 * tolerance, limits.max_triangles);
@@ -405,6 +406,7 @@ private:
         MeshOptions options;
         options.tolerance = 0.01 * source_box_.diagonal();
         options.measure = false;
+        options.round_faces = true;
         const IndexedMesh points = mesh_solid(part_, options).mesh;
         const MeshTree tree(mesh);
         double largest = 0.0;

@@ -112,7 +112,7 @@ public:
         const int attempts = has_function_ || finer < kLeastSandwich ? 0
                              : finer < 8.0 * kLeastSandwich          ? kQuickAttempts
                                                                      : 2 * kQuickAttempts;
-        if (!has_function_ && guessed(attempts > 0)) return;
+        if (!has_function_ && !options_.round_faces && guessed(attempts > 0)) return;
         if (meshed(attempts, wide_cells(), [&](SurfaceMesh& mesh) {
                 // There is no sandwich round an edge along which the solid touches itself.
                 hopeless_ = !mesh.touch_of_vertex.empty();
@@ -148,6 +148,7 @@ private:
 
     bool made_of_guess(bool sandwich, SurfaceMesh& mesh)
     {
+        current_progress().report("mesh", 0.0);
         std::optional<SurfaceMesh> guess = first_mesh(solid_, forms_, cube_);
         const bool usable = guess && separate_fans(*guess) && guess->touch_of_vertex.empty();
         clock_.end("mesh");
@@ -311,6 +312,7 @@ private:
     bool cut_within(const SurfaceMesh& coarse, bool insists, SurfaceMesh& surface)
     {
         clock_.end("refine");
+        current_progress().report("certify", 0.0);
         Sandwich sandwich;
         double short_fibre = 0.0;
         Certificate c = prove(coarse, sandwich_width(), insists, sandwich, short_fibre);

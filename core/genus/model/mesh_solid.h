@@ -30,6 +30,9 @@ struct MeshOptions {
     /// Only what is in this box, as if it were cut out: the mesh is closed by sides of the box.
     /// Parts that do not reach into it cost no more than a look at their boxes.
     std::optional<Box3> region;
+    /// Faces not much longer one way than the other, also where the solid is straight: for meshes
+    /// that are bent afterwards.
+    bool round_faces = false;
     /// Give up with ToleranceNotMet before more triangles than this would be made.
     std::int64_t max_triangles = 20'000'000;
 };
