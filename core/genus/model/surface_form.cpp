@@ -357,15 +357,11 @@ bool is_saddle(const QuadraticPolynomial& c)
 {
     const Vec3 x{{c[4], 0.5 * c[7], 0.5 * c[8]}}, y{{0.5 * c[7], c[5], 0.5 * c[9]}},
         z{{0.5 * c[8], 0.5 * c[9], c[6]}}, w{{0.5 * c[1], 0.5 * c[2], 0.5 * c[3]}};
-    // det = c0 det A - w.adj(A) w, A symmetric with columns x, y, z.
-    const std::array<double, 4> terms{c[0] * dot(x, cross(y, z)), -w[0] * dot(w, cross(y, z)),
-                                      -w[1] * dot(w, cross(z, x)), -w[2] * dot(w, cross(x, y))};
-    double sum = 0.0, size = 0.0;
-    for (const double t : terms) {
-        sum += t;
-        size += std::fabs(t);
-    }
-    return sum > 1e-12 * size;
+    // c0 det A - w.adj(A) w, A symmetric with columns x, y, z.
+    const double det = c[0] * dot(x, cross(y, z)) -
+                       dot(w, w[0] * cross(y, z) + w[1] * cross(z, x) + w[2] * cross(x, y));
+    const double size = std::max({norm(x), norm(y), norm(z)});
+    return det > 1e-9 * size * size * (std::fabs(c[0]) * size + dot(w, w));
 }
 
 }  // namespace

@@ -249,9 +249,11 @@ TEST(SurfaceForm, SagittasAreThoseOfTheCurvatures)
         EXPECT_NEAR(saddle.forms[0].sagitta({{-x, -y, z}}, {{x, y, z}}), 0.125 * 0.2 * 0.2 * 0.1,
                     1e-6);
     }
-    EXPECT_FALSE(Scene(cylinder(10, 3, 3)).forms[0].may_be_saddle());
-    EXPECT_FALSE(Scene(cylinder(10, 3, 1)).forms[0].may_be_saddle());
-    EXPECT_FALSE(Scene(ellipsoid({{1, 2, 3}})).forms[0].may_be_saddle());
+    for (const Solid& flat : {cylinder(10, 3, 3), cylinder(10, 3, 1), ellipsoid({{1, 2, 3}})})
+        for (const double angle : {0.0, 13.0, 27.0, 31.0, 44.0, 71.0}) {
+            const Scene scene(moved(turned(flat, angle, 2 * angle, 30), 5, 7, 11));
+            EXPECT_FALSE(scene.forms[0].may_be_saddle()) << angle;
+        }
 }
 
 TEST(SignFormula, DropsWhatDoesNotMatterBesideOthers)
